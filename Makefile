@@ -1,0 +1,69 @@
+# Two commands do everything on a fresh machine: make run, make test. The others: make help.
+
+# An empty environment (cron, a container's entry point) has no PATH.
+export PATH := $(or $(PATH),/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin)
+PYTHON ?= python3
+BIN := .venv/bin
+SETUP := $(PYTHON) .ci/setup.py
+RESULTS := demo-results
+SAMPLE := sample_meshes/naca0012.su2
+WITHOUT_DISPLAY := env -u DISPLAY -u WAYLAND_DISPLAY
+WITHOUT_QT := PYTHONPATH=tests/blocked \
+	BLOCKED_MODULES=PySide6,shiboken6,pyvistaqt,pyqtgraph,superqt,qtawesome,qtpy
+# Tests of the window share one screen, so they stay together on one worker.
+PYTEST := $(BIN)/python -m pytest -n 2 --dist loadgroup
+SCREEN = $(if $(DISPLAY),,xvfb-run -a -s "-screen 0 1600x1200x24")
+
+.PHONY: help run test headless lint types layers campaign bench samples clean
+
+help: ## this list
+	@grep -E '^[a-z]+:.*## ' Makefile | sed 's/:.*## /\t/' | expand -t 12
+
+run: ## set everything up and open the window (without a display: run the demo)
+	@$(SETUP) gui
+	@if [ -n "$$DISPLAY$$WAYLAND_DISPLAY" ]; then \
+		$(BIN)/ffdstudio $(SAMPLE); \
+	else \
+		echo "No display here: running ffdstudio demo instead of the window."; \
+		$(BIN)/ffdstudio demo -o $(RESULTS) && echo "The results lie in $(CURDIR)/$(RESULTS)"; \
+	fi
+
+test: ## set everything up and run the whole suite (without a display: under Xvfb)
+	@$(SETUP) dev
+	@$(SCREEN) $(BIN)/python -m pytest -m hands tests/gui
+	@$(SCREEN) $(PYTEST)
+
+headless: ## all tests below the window, with Qt blocked and no display
+	@$(SETUP) dev
+	@$(WITHOUT_DISPLAY) $(WITHOUT_QT) $(PYTEST) -p no:pytest-qt --ignore=tests/gui
+
+lint: ## style (ruff)
+	@$(SETUP) dev
+	@$(BIN)/ruff check .
+	@$(BIN)/ruff format --check .
+
+types: ## mypy
+	@$(SETUP) dev
+	@$(BIN)/mypy
+
+layers: ## import contracts between the rooms (import-linter)
+	@$(SETUP) dev
+	@$(BIN)/lint-imports
+
+campaign: ## the slow tests (fuzzing, hostile files)
+	@$(SETUP) dev
+	@$(SCREEN) $(BIN)/python -m pytest -m campaign
+
+bench: ## every benchmark, one after the other
+	@$(SETUP) bench
+	@for script in benchmarks/bench_*.py; do \
+		echo "== $$script"; $(BIN)/python $$script || exit 1; done
+
+samples: ## make the sample meshes anew
+	@$(SETUP) samples
+	@$(BIN)/python sample_meshes/generate.py
+
+clean: ## remove the environment, caches and results
+	rm -rf .venv build dist $(RESULTS) .pytest_cache .mypy_cache .ruff_cache \
+		.hypothesis .import_linter_cache .benchmarks
+	find ffdstudio tests benchmarks -name __pycache__ -type d -prune -exec rm -rf {} +

@@ -1,0 +1,151 @@
+"""Reading and writing files so that a failure never damages what is there.
+
+1. A file is written under a temporary name in its own folder and renamed: whoever looks
+   sees the old file or the new one, never half of one.
+2. The data is flushed to the disk before the rename, the folder after it (fsync).
+3. Every failure becomes an `InputError` that names the file, and leaves no litter.
+4. A symbolic link stays one, its target is replaced. A device or a pipe (/dev/stdout)
+   cannot be replaced, so it is written straight away. A file that its owner has made
+   read-only is refused, though a rename would get past it.
+5. Files that belong together (a deck and what it includes) are all written before the first
+   of them is renamed; should a rename fail, those before it are put back.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import os
+import secrets
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+
+from ffdstudio.errors import InputError
+
+
+def read_bytes(path: str | os.PathLike[str]) -> bytes:
+    """Return the content of a file.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read; the message names it and the cause.
+    """
+    try:
+        return Path(path).read_bytes()
+    except (OSError, ValueError) as error:
+        raise InputError(f"cannot read {os.fspath(path)!r}: {_cause(error)}") from error
+
+
+def write_bytes(path: str | os.PathLike[str], data: bytes) -> None:
+    """Replace a file by `data`, atomically and durably.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be written (no such folder, no permission, disk full); an
+        existing file is then left as it was.
+
+    Examples
+    --------
+    >>> import tempfile, pathlib
+    >>> target = pathlib.Path(tempfile.mkdtemp()) / "a.txt"
+    >>> write_bytes(target, b"abc")
+    >>> target.read_bytes()
+    b'abc'
+    """
+    with _failure_named(path):
+        target = Path(os.path.realpath(path))
+        if target.exists() and not target.is_file():
+            target.write_bytes(data)
+            return
+    write_together([(path, data)])
+
+
+def write_together(files: Iterable[tuple[str | os.PathLike[str], bytes]]) -> None:
+    """Replace files that belong together: all of them or, should one fail, none.
+
+    Only a process that dies between two of the renames, which follow each other at once,
+    leaves some of them new.
+
+    Raises
+    ------
+    InputError
+        If one cannot be written; the message names it.
+    """
+    staged: list[tuple[Path, Path]] = []
+    try:
+        for path, data in files:
+            with _failure_named(path):
+                _stage(Path(os.path.realpath(path)), data, staged)
+        _put(staged)
+    except BaseException:  # an interrupt leaves no litter either
+        for temporary, _ in staged:
+            with contextlib.suppress(OSError):
+                temporary.unlink(missing_ok=True)
+        raise
+    for folder in {target.parent for _, target in staged}:
+        _flush_folder(folder)
+
+
+def _stage(target: Path, data: bytes, staged: list[tuple[Path, Path]]) -> None:
+    """Write the data beside its target, under a temporary name that `staged` remembers."""
+    mode = _mode_to_keep(target)
+    temporary = target.with_name(f".{target.name[:40]}.{secrets.token_hex(4)}")
+    with temporary.open("xb") as stream:
+        staged.append((temporary, target))
+        stream.write(data)
+        stream.flush()
+        os.fsync(stream.fileno())
+    if mode is not None:
+        temporary.chmod(mode)
+
+
+def _put(staged: list[tuple[Path, Path]]) -> None:
+    """Rename all; a single file needs nothing kept to be put back."""
+    before: list[tuple[Path, bytes | None]] = []
+    try:
+        for temporary, target in staged:
+            with _failure_named(target):
+                old = target.read_bytes() if len(staged) > 1 and target.exists() else None
+                temporary.replace(target)
+            before.append((target, old))
+    except BaseException:
+        for target, old in before:
+            with contextlib.suppress(OSError, InputError):
+                target.unlink() if old is None else write_bytes(target, old)
+        raise
+
+
+@contextlib.contextmanager
+def _failure_named(path: str | os.PathLike[str]) -> Iterator[None]:
+    try:
+        yield
+    except (OSError, ValueError) as error:
+        raise InputError(f"cannot write {os.fspath(path)!r}: {_cause(error)}") from error
+
+
+def _mode_to_keep(target: Path) -> int | None:
+    """Permissions of the file that is replaced; a new file takes what the umask gives."""
+    if not target.exists():
+        return None
+    if not os.access(target, os.W_OK):
+        raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
+    return target.stat().st_mode & 0o777
+
+
+def _flush_folder(folder: Path) -> None:
+    """Make the rename durable where the system can (not on Windows, not on every network disk).
+
+    It has happened already, so that a failure here is no failure to write.
+    """
+    with contextlib.suppress(OSError):
+        descriptor = os.open(folder, os.O_RDONLY)
+        try:
+            os.fsync(descriptor)
+        finally:
+            os.close(descriptor)
+
+
+def _cause(error: OSError | ValueError) -> str:
+    return (getattr(error, "strerror", None) or str(error)).lower()
