@@ -1,0 +1,108 @@
+"""Refinement of a lattice: checks what is asked for and finds the matrix that does it.
+
+Each function returns what `Lattice` needs to carry its control points over: direction, new
+degree, new knots, and the matrix from old to new homogeneous control points.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ffdstudio.engine import transfer
+from ffdstudio.engine.knots import DIRECTIONS, Array
+from ffdstudio.errors import InputError
+
+if TYPE_CHECKING:
+    from ffdstudio.engine.lattice import Lattice
+
+
+class Change(NamedTuple):
+    """Control points of one direction become `matrix` times the old ones."""
+
+    axis: int
+    degree: int
+    knots: Array
+    matrix: Array
+
+
+def insertion(lattice: Lattice, axis: int, knots: ArrayLike) -> Change:
+    """See `Lattice.insert_knots`."""
+    axis = _checked_axis(lattice, axis)
+    old, degree = lattice.knots[axis], lattice.degrees[axis]
+    new = np.atleast_1d(np.asarray(knots, dtype=np.float64))
+    if not ((new > old[0]) & (new < old[-1])).all():
+        raise InputError(
+            f"knots to insert in direction {DIRECTIONS[axis]} must lie inside "
+            f"({old[0]:g}, {old[-1]:g}), got {new}"
+        )
+    values, counts = np.unique(np.concatenate([old, new]), return_counts=True)
+    if (counts[1:-1] > degree).any():
+        raise InputError(
+            f"knot {values[1:-1][np.argmax(counts[1:-1])]:g} in direction {DIRECTIONS[axis]} "
+            f"would occur more than {degree} times"
+        )
+    return Change(axis, degree, *transfer.insertion(old, degree, new))
+
+
+def checked_times(times: int) -> int:
+    """How often to raise a degree, or `InputError`."""
+    if times != int(times) or times < 0:
+        raise InputError(f"a degree can be raised by 0, 1, 2, ... times, not {times}")
+    return int(times)
+
+
+def elevation(lattice: Lattice, axis: int) -> Change:
+    """See `Lattice.elevate_degree`; one degree at a time."""
+    axis = _checked_axis(lattice, axis)
+    degree = lattice.degrees[axis]
+    return Change(axis, degree + 1, *transfer.elevation(lattice.knots[axis], degree))
+
+
+def removal(lattice: Lattice, axis: int, knots: ArrayLike, tolerance: float) -> Change:
+    """See `Lattice.remove_knots`."""
+    axis = _checked_axis(lattice, axis)
+    old, degree = lattice.knots[axis], lattice.degrees[axis]
+    gone = np.atleast_1d(np.asarray(knots, dtype=np.float64))
+    inner = list(old[degree + 1 : -degree - 1])
+    for knot in gone:
+        if knot not in inner:
+            raise InputError(f"{knot:g} is no inner knot of direction {DIRECTIONS[axis]}")
+        inner.remove(knot)
+    coarser, matrix, back = transfer.removal(old, degree, gone)
+    moved = _motion(lattice, axis, back @ matrix)
+    if not moved <= tolerance + 1e-13 * np.linalg.norm(np.ptp(_flat(lattice), axis=0)):
+        raise InputError(
+            f"removing knots {gone} from direction {DIRECTIONS[axis]} would move the "
+            f"shape by up to {moved:.3g}, more than the tolerance {tolerance:.3g}"
+        )
+    return Change(axis, degree, coarser, matrix)
+
+
+def _motion(lattice: Lattice, axis: int, matrix: Array) -> float:
+    """Bound of the motion when homogeneous points are replaced by `matrix` times them.
+
+    |N'/W' - N/W| <= (|N' - N| + |R| |W' - W|) / W', measured from the net's centre.
+    """
+    centred = lattice.homogeneous
+    centre = _flat(lattice).mean(axis=0)
+    centred[..., :3] -= centre * centred[..., 3:]
+    new = transfer.along(matrix, centred, axis)
+    least = new[..., 3].min()
+    if least <= 0:
+        return np.inf
+    off = np.linalg.norm((new - centred)[..., :3], axis=-1).max()
+    radius = np.linalg.norm(_flat(lattice) - centre, axis=1).max()
+    return float((off + radius * np.abs(new - centred)[..., 3].max()) / least)
+
+
+def _flat(lattice: Lattice) -> Array:
+    return lattice.control_points.reshape(-1, 3)
+
+
+def _checked_axis(lattice: Lattice, axis: int) -> int:
+    if axis not in range(lattice.dimension):
+        raise InputError(f"this lattice has directions 0 to {lattice.dimension - 1}, not {axis}")
+    return int(axis)
