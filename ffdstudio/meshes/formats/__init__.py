@@ -1,0 +1,125 @@
+"""The registry of mesh formats: which suffixes and which contents belong to which file here.
+
+A format is one module with ``read(path, data, progress) -> Mesh``, imported when a file needs it.
+Where a new file can be made from any mesh, a module has ``write_new(mesh, path)``.
+"""
+
+from __future__ import annotations
+
+import importlib
+import re
+from collections.abc import Callable
+from pathlib import Path
+from types import ModuleType
+from typing import NamedTuple
+
+Progress = Callable[[float], None]
+
+
+class Format(NamedTuple):
+    """One row of the registry.
+
+    `name` is what `Mesh.format` holds; `module` the file in this folder; `suffixes` in lower
+    case; `signature` tells by the first bytes whether a file is of this format, for suffixes
+    that several formats share; `new` the file whose `write_new` makes such a file from any mesh.
+    """
+
+    name: str
+    title: str
+    suffixes: tuple[str, ...]
+    module: str
+    signature: Callable[[bytes], bool] | None = None
+    new: str = ""
+
+    def load(self, module: str = "") -> ModuleType:
+        """Import the module of this format, or another one of this folder."""
+        return importlib.import_module(f"{__name__}.{module or self.module}")
+
+
+def begins_with(*marks: bytes) -> Callable[[bytes], bool]:
+    """Signature: the file begins with one of these, white space aside."""
+    return lambda head: head.lstrip().startswith(marks)
+
+
+def has_grid(head: bytes) -> bool:
+    """Whether a text has words of a Nastran deck."""
+    return re.search(rb"^ *(GRID|BEGIN BULK|INCLUDE|CEND|SOL )", head, re.M | re.I) is not None
+
+
+def five_counts(head: bytes) -> bool:
+    """Whether the first line that is no comment has five whole numbers, as in AVS-UCD."""
+    lines = [line for line in head.split(b"\n", 100)[:100] if not line.startswith(b"#")]
+    words = lines[0].split() if lines else []
+    return len(words) == 5 and all(word.isdigit() for word in words)
+
+
+def two_columns(head: bytes) -> bool:
+    """Whether the second line of a text has two numbers, as in an airfoil file."""
+    lines = [line for line in head.split(b"\n", 20)[:20] if line.strip()]
+    words = lines[1].split() if len(lines) > 1 else []
+    return len(words) == 2 and all(re.fullmatch(rb"[-+.\deE]+", word) for word in words)
+
+
+def titled(head: bytes) -> bool:
+    """Whether a text begins as Tecplot files do."""
+    return head.lstrip().upper().startswith((b"TITLE", b"VARIABLES", b"ZONE", b"FILETYPE"))
+
+
+UGRIDS = tuple(f".{end}{kind}{size}.ugrid" for end in ("", "l") for kind in "br" for size in "84")
+FORMATS: tuple[Format, ...] = (
+    Format("su2", "SU2", (".su2",), "su2", new="su2_new"),
+    Format("stl", "STL", (".stl",), "stl", new="stl"),
+    Format("obj", "Wavefront OBJ", (".obj",), "obj", new="obj"),
+    Format("ply", "PLY", (".ply",), "ply", new="ply"),
+    Format("vtk", "legacy VTK", (".vtk",), "vtk", new="vtk"),
+    Format("vtu", "VTK XML", (".vtu", ".vtp", ".vts"), "vtu", new="other"),
+    Format("gmsh", "Gmsh", (".msh", ".msh2", ".msh4"), "gmsh", begins_with(b"$"), "other"),
+    Format("openfoam", "OpenFOAM polyMesh", (".foam", ".openfoam"), "openfoam"),
+    Format("fluent", "Fluent", (".msh", ".cas"), "fluent", begins_with(b"(")),
+    Format("airfoil", "airfoil coordinates", (".dat", ".txt"), "dat", two_columns, "dat"),
+    Format("nastran", "Nastran", (".bdf", ".nas", ".fem", ".dat", ".pch"), "nastran", has_grid),
+    Format("avs", "AVS-UCD", (".inp", ".avs", ".ucd"), "avs", five_counts),
+    Format("abaqus", "Abaqus or CalculiX", (".inp",), "abaqus", new="other"),
+    Format("plot3d", "PLOT3D", (".xyz", ".p3d", ".x", ".p3dfmt", ".fmt", ".xyzfmt"), "plot3d"),
+    Format("ugrid", "AFLR3 UGRID", (".ugrid", *UGRIDS), "ugrid"),
+    Format("cgns", "CGNS", (".cgns", ".adf"), "cgns"),
+    Format("exodus", "Exodus II", (".exo", ".e", ".ex2", ".exii", ".g", ".gen"), "exodus"),
+    Format("tecplot", "Tecplot ASCII", (".dat", ".tec"), "other", titled),
+    Format("meshio", "read through meshio", (), "other"),
+)
+
+
+def by_name(name: str) -> Format:
+    """Row of the registry with that name."""
+    return next(row for row in FORMATS if row.name == name)
+
+
+def suffix_of(path: Path) -> str:
+    """Longest registered suffix of a name, else its last one.
+
+    Examples
+    --------
+    >>> suffix_of(Path("wing.b8.ugrid")), suffix_of(Path("wing.v2.SU2"))
+    ('.b8.ugrid', '.su2')
+    """
+    name = path.name.lower()
+    known = [s for row in FORMATS for s in row.suffixes if name.endswith(s)]
+    return max(known, key=len, default=path.suffix.lower())
+
+
+def candidates(path: Path) -> list[Format]:
+    """Rows whose suffix fits, the longest suffix first."""
+    name = path.name.lower()
+    fits = [(len(s), row) for row in FORMATS for s in row.suffixes if name.endswith(s)]
+    return [row for _, row in sorted(fits, key=lambda fit: -fit[0])]
+
+
+def recognise(path: Path, head: bytes) -> Format:
+    """Format of a file by its suffix and, where that leaves a choice, by its first bytes."""
+    if path.is_dir():
+        return by_name("openfoam")
+    rows = candidates(path)
+    for row in rows:
+        if row.signature is None or row.signature(head):
+            return row
+    return rows[0] if rows else by_name("meshio")  # the first one's reader says what is wrong

@@ -1,0 +1,157 @@
+"""The lists in OpenFOAM's mesh files: ASCII, binary and compressed.
+
+A file is a header (FoamFile), then a count and a list in round brackets. Binary lists hold raw
+labels or scalars of the widths that the header's ``arch`` names.
+"""
+
+from __future__ import annotations
+
+import gzip
+import re
+import zlib
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ffdstudio.errors import InputError
+from ffdstudio.files import read_bytes
+from ffdstudio.meshes.formats.source import Source
+from ffdstudio.meshes.formats.table import pick_numbers, split_tokens
+from ffdstudio.meshes.topology import Indices
+
+_HEADER = re.compile(rb"FoamFile\s*\{([^{}]*)\}")
+_LIST = re.compile(rb"(\d+)\s*\(")
+_COMMENT = re.compile(rb"/\*.*?\*/|//[^\n]*", re.S)
+MOST = 200  # no file of ours unpacks to more than so many times its size
+
+
+@dataclass(frozen=True, eq=False)
+class FoamFile:
+    """Content of a file, unpacked, with what its header says."""
+
+    source: Source
+    raw: bytes  # as on the disk
+    begin: int  # behind the header
+    is_binary: bool
+    label: np.dtype
+    scalar: np.dtype
+
+    @classmethod
+    def find(cls, folder: Path, name: str) -> FoamFile:
+        """Read a file of the mesh or its ``.gz``.
+
+        Raises
+        ------
+        InputError
+            If neither is there or the header is damaged.
+        """
+        path = folder / name
+        if not path.exists() and path.with_name(name + ".gz").exists():
+            path = path.with_name(name + ".gz")
+        raw = read_bytes(path)
+        data = _unpacked(path, raw) if path.suffix == ".gz" else raw
+        return cls.of(Source(path, data), raw)
+
+    @classmethod
+    def of(cls, source: Source, raw: bytes) -> FoamFile:
+        """Understand the header."""
+        match = _HEADER.search(source.data[:20000])
+        if match is None:
+            raise source.failure("there is no FoamFile header: not a file of an OpenFOAM mesh?")
+        entries = _COMMENT.sub(b"", match[1])
+        order = ">" if b"MSB" in entries else "<"
+        label = 8 if b"label=64" in entries else 4
+        scalar = 4 if b"scalar=32" in entries else 8
+        return cls(
+            source,
+            raw,
+            match.end(),
+            re.search(rb"format\s+binary", entries) is not None,
+            np.dtype(f"{order}i{label}"),
+            np.dtype(f"{order}f{scalar}"),
+        )
+
+    def list_at(self, place: int) -> tuple[int, int]:
+        """Count of the next list and the place behind its opening bracket."""
+        at = place
+        while True:
+            match = _LIST.search(self.source.data, at)
+            if match is None:
+                raise self.source.failure("there is no list in this file")
+            line = self.source.data.rfind(b"\n", place, match.start()) + 1
+            comment = self.source.data[max(line, place) : match.start()].lstrip()
+            if not comment.startswith((b"//", b"/*", b"|", b"\\")):
+                return int(match[1]), match.end()
+            at = match.end()
+
+    def binary(self, count: int, begin: int, dtype: np.dtype) -> NDArray:
+        """Raw numbers of a list."""
+        if begin + count * dtype.itemsize >= len(self.source.data):
+            raise self.source.failure(f"the file ends before its {count} numbers")
+        return np.frombuffer(self.source.data, dtype, count, begin)
+
+    def spans(self, begin: int) -> tuple[Indices, Indices]:
+        """Places of the numbers of an ASCII list of lists, up to its last bracket."""
+        end = self.source.data.rfind(b")")
+        starts, ends = split_tokens(self.source.data[begin : max(end, begin)], b"()")
+        return starts + begin, ends + begin
+
+    def labels(self) -> Indices:
+        """List of labels: owner, neighbour."""
+        count, begin = self.list_at(self.begin)
+        if self.is_binary:
+            return self.binary(count, begin, self.label).astype(np.int64)
+        found = pick_numbers(self.source, *self.spans(begin), np.int64)
+        if len(found) != count:
+            raise self.source.failure(f"{count} labels are announced, found {len(found)}")
+        return found
+
+    def faces(self) -> tuple[Indices, Indices]:
+        """Nodes of all faces and where each face begins."""
+        count, begin = self.list_at(self.begin)
+        if self.is_binary:  # two lists: offsets, then nodes
+            offsets = self.binary(count, begin, self.label).astype(np.int64)
+            many, begin = self.list_at(begin + count * self.label.itemsize)
+            nodes = self.binary(many, begin, self.label).astype(np.int64)
+            if count == 0 or offsets[0] != 0 or offsets[-1] != many or (np.diff(offsets) < 0).any():
+                raise self.source.failure("the offsets of the faces are damaged")
+            return nodes, offsets
+        starts, ends = self.spans(begin)
+        numbers = pick_numbers(self.source, starts, ends, np.int64)
+        letters = np.frombuffer(self.source.data, dtype=np.uint8)
+        sizes = np.flatnonzero(letters[ends] == ord("("))
+        offsets = np.concatenate([[0], np.cumsum(numbers[sizes])])
+        fits = len(sizes) == count and np.array_equal(offsets[:-1] + np.arange(count), sizes)
+        if not fits or offsets[-1] + count != len(numbers):
+            raise self.source.failure(f"these are not {count} faces of the sizes that they state")
+        return np.delete(numbers, sizes), offsets
+
+
+def _unpacked(path: Path, raw: bytes) -> bytes:
+    try:
+        unpacker = zlib.decompressobj(wbits=31)
+        data = unpacker.decompress(raw, MOST * len(raw) + 1)
+    except zlib.error as error:
+        raise InputError(f"{path}: damaged compression ({error})") from None
+    if not unpacker.eof:
+        raise InputError(f"{path}: damaged compression (it ends too early)")
+    return data
+
+
+def packed(data: bytes) -> bytes:
+    """Compress as OpenFOAM would, without a time stamp."""
+    return gzip.compress(data, mtime=0)
+
+
+def dictionary(source: Source) -> list[tuple[str, dict[str, str]]]:
+    """Entries of a list of dictionaries, such as the boundary file's patches."""
+    text = _COMMENT.sub(b"", source.data)
+    text = _HEADER.sub(b"", text)
+    found = []
+    for match in re.finditer(rb'("[^"]*"|[^\s{}();"]+)\s*\{([^{}]*)\}', text):
+        words = re.findall(rb"([^\s;]+)\s+([^;]*);", match[2])
+        values = {key.decode("latin-1"): value.strip().decode("latin-1") for key, value in words}
+        found.append((match[1].strip(b'"').decode("utf-8", "replace"), values))
+    return found

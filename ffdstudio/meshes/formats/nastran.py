@@ -1,0 +1,228 @@
+"""Nastran decks (.bdf, .nas, .dat): small, large and free fields, INCLUDE files.
+
+1. A coordinate has 8 characters in a small field: too few. A GRID that moves becomes a GRID*
+   with 16; one that stays keeps its line. 16 characters hold 13 to 15 digits, which is said.
+2. Included files belong to the deck and are written beside it under the same relative name.
+   An original is never overwritten unless the deck itself is.
+3. Coordinates in a local frame (CP) are refused: the numbers are not x, y, z.
+4. Elements of one property are a marker.
+
+Source: MSC Nastran quick reference guide, bulk data entries.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import warnings
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from ffdstudio.errors import InputError
+from ffdstudio.files import read_bytes, write_together
+from ffdstudio.meshes.formats import Progress
+from ffdstudio.meshes.formats.deck import WIDTH, Deck, integers, reals
+from ffdstudio.meshes.formats.grids import Grids, grid_fields, plain, sixteen
+from ffdstudio.meshes.formats.patch import changed
+from ffdstudio.meshes.formats.source import Source
+from ffdstudio.meshes.formats.vtkcells import MIDDLE_BEFORE_TOP
+from ffdstudio.meshes.mesh import Markers, Mesh, MeshWarning
+from ffdstudio.meshes.topology import Array, Cells, Indices
+
+# card -> fields before the nodes, and the type for each number of nodes
+ELEMENTS: dict[str, tuple[int, dict[int, str]]] = {
+    "CTRIA3": (2, {3: "triangle"}),
+    "CTRIAR": (2, {3: "triangle"}),
+    "CTRIA6": (2, {6: "triangle6"}),
+    "CQUAD4": (2, {4: "quad"}),
+    "CQUADR": (2, {4: "quad"}),
+    "CQUAD8": (2, {8: "quad8"}),
+    "CTETRA": (2, {4: "tetra", 10: "tetra10"}),
+    "CPYRAM": (2, {5: "pyramid", 13: "pyramid13"}),
+    "CPENTA": (2, {6: "wedge", 15: "wedge15"}),
+    "CHEXA": (2, {8: "hexahedron", 20: "hexahedron20"}),
+    "CROD": (2, {2: "line"}),
+    "CBAR": (2, {2: "line"}),
+    "CBEAM": (2, {2: "line"}),
+    "CBUSH": (2, {2: "line"}),
+    "PLOTEL": (1, {2: "line"}),
+}
+_INCLUDE = re.compile(rb"^[ \t]*INCLUDE[ \t]+(?:'([^'\r\n]*)'|\"([^\"\r\n]*)\"|(\S+))", re.I | re.M)
+
+
+@dataclass(frozen=True, eq=False)
+class NastranTemplate:
+    """The deck with its included files."""
+
+    path: Path
+    original: Array
+    files: list[Grids]
+
+    def patched(self, points: Array) -> bytes:
+        """Content of the deck itself with these (n, 3) coordinates."""
+        return self._contents(points)[0]
+
+    def _contents(self, points: Array) -> list[bytes]:
+        first, found = 0, []
+        for grids in self.files:
+            found.append(grids.patched(points[first : first + len(grids.ids)]))
+            first += len(grids.ids)
+        return found
+
+    def write(self, path: Path, points: Array) -> None:
+        """Write the deck and, beside it, the files that it includes."""
+        contents = self._contents(points)
+        in_place = _same(path, self.path)
+        targets = [path]
+        for grids, content in zip(self.files[1:], contents[1:], strict=True):
+            own = grids.deck.source
+            target = path.parent / grids.relative
+            outside = Path(grids.relative).is_absolute() or ".." in Path(grids.relative).parts
+            if content != own.data and not in_place and (outside or _same(target, own.path)):
+                raise InputError(
+                    f"nodes move in {own.path}, which the deck includes as {grids.relative}: "
+                    "write into another folder, or it would be overwritten"
+                )
+            targets.append(own.path if outside else target)
+        together: dict[Path, bytes] = {}
+        for target, content, grids in zip(targets[1:], contents[1:], self.files[1:], strict=True):
+            if content != grids.deck.source.data or not target.exists():
+                _make(target.parent)
+                together[target] = content
+        write_together([*together.items(), (path, contents[0])])
+        self._warn(path, points)
+
+    def _warn(self, path: Path, points: Array) -> None:
+        moved = points[changed(self.original, points)]
+        if any(float(plain(sixteen(value))) != value for value in moved.tolist()):
+            warnings.warn(
+                f"{path.name}: moved nodes are rounded to the 16 characters of Nastran's fields",
+                MeshWarning,
+                stacklevel=4,
+            )
+
+
+def _same(one: Path, other: Path) -> bool:
+    return os.path.realpath(one) == os.path.realpath(other)
+
+
+def _make(folder: Path) -> None:
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"cannot write {folder}: {error.strerror}") from error
+
+
+def read(path: Path, data: bytes, progress: Progress) -> Mesh:
+    """Read a Nastran deck; see `read_mesh`."""
+    files = _files(path, data)
+    grids = [_grids(Deck(Source(own, text)), relative) for own, relative, text in files]
+    ids = np.concatenate([part.ids for part in grids])
+    points = np.concatenate([part.points for part in grids])
+    if not len(ids):
+        raise InputError(f"{path}: there is no GRID in this deck")
+    order = np.argsort(ids, kind="stable")
+    twice = np.flatnonzero(np.diff(ids[order]) == 0)
+    if len(twice):
+        raise InputError(f"{path}: GRID {ids[order][twice[0]]} occurs twice")
+    progress(0.5)
+    cells: dict[str, list[Indices]] = {}
+    markers: dict[str, dict[str, list[Indices]]] = {}
+    for part in grids:
+        for kind, nodes, properties in _elements(part.deck):
+            found = np.minimum(np.searchsorted(ids[order], nodes), len(ids) - 1)
+            if (ids[order][found] != nodes).any():
+                missing = nodes[ids[order][found] != nodes][0]
+                raise part.deck.source.failure(f"an element refers to GRID {missing}, not there")
+            rows = order[found]
+            cells.setdefault(kind, []).append(rows)
+            for number in np.unique(properties).tolist():
+                inside = markers.setdefault(f"property {number}", {})
+                inside.setdefault(kind, []).append(rows[properties == number])
+    named: Markers = {name: _joined(parts) for name, parts in markers.items()}
+    return Mesh(points, _joined(cells), named, template=NastranTemplate(path, points, grids))
+
+
+def _joined(parts: dict[str, list[Indices]]) -> Cells:
+    return {kind: np.concatenate(nodes) for kind, nodes in parts.items()}
+
+
+def _files(path: Path, data: bytes) -> list[tuple[Path, str, bytes]]:
+    """The deck and all files that it includes: path, name as seen from the deck, content."""
+    found, waiting, seen = [], [(path, "", data)], {os.path.realpath(path)}
+    while waiting:
+        own, relative, text = waiting.pop(0)
+        found.append((own, relative, text))
+        if len(found) > 10_000:
+            raise InputError(f"{path}: includes too many files")
+        for match in _INCLUDE.finditer(text):
+            name = (match[1] or match[2] or match[3] or b"").decode("utf-8", "replace").strip()
+            target = path.parent / name.replace("\\", "/")
+            if os.path.realpath(target) in seen:
+                raise InputError(f"{own}: includes {name}, which is included already")
+            seen.add(os.path.realpath(target))
+            waiting.append((target, name.replace("\\", "/"), read_bytes(target)))
+    return found
+
+
+def _grids(deck: Deck, relative: str) -> Grids:
+    small, large = deck.cards("GRID"), deck.cards("GRID", star=True)
+    lines = np.sort(np.concatenate([small, large]))
+    is_large = np.isin(lines, large)
+    fields = grid_fields(deck, lines, is_large)
+    ids = integers(deck, lines, fields[:, 0])
+    frames = integers(deck, lines, fields[:, 1])
+    if len(deck.cards("GRDSET")):
+        frames = frames + integers(
+            deck, deck.cards("GRDSET")[:1], deck.fields(deck.cards("GRDSET")[:1])[:, 1]
+        )
+    if frames.any():
+        bad = int(np.flatnonzero(frames)[0])
+        raise deck.source.error(
+            int(deck.begins[lines[bad]]),
+            f"GRID {ids[bad]} is given in the local frame {frames[bad]} (CP), not in x, y, z",
+        )
+    points = np.stack([reals(deck, lines, fields[:, 2 + axis]) for axis in range(3)], axis=1)
+    return Grids(deck, relative, ids, points, lines, is_large)
+
+
+def _elements(deck: Deck) -> list[tuple[str, Indices, Indices]]:
+    """Types with node identifiers (k, nodes) and properties (k,)."""
+    found = []
+    for name, (skipped, types) in ELEMENTS.items():
+        for star in (False, True):
+            lines = deck.cards(name, star)
+            if len(lines):
+                found += _of_card(deck, lines, star, skipped, types)
+    return found
+
+
+def _of_card(
+    deck: Deck, lines: Indices, star: bool, skipped: int, types: dict[int, str]
+) -> list[tuple[str, Indices, Indices]]:
+    most = max(types)
+    parts, at = [deck.fields(lines, star)], lines
+    goes_on = np.ones(len(lines), dtype=bool)
+    while sum(part.shape[1] for part in parts) < skipped + most:
+        at = at + 1
+        goes_on = goes_on & deck.is_continuation(at)
+        part = np.full_like(parts[0], 32)
+        part[goes_on] = deck.fields(at[goes_on], star)
+        parts.append(part)
+    fields = np.concatenate(parts, axis=1)[:, : skipped + most]
+    flat = integers(deck, np.repeat(lines, skipped + most), fields.reshape(-1, WIDTH))
+    table = flat.reshape(len(lines), -1)
+    nodes = table[:, skipped:]
+    properties = table[:, 1] if skipped > 1 else np.zeros(len(lines), dtype=np.int64)
+    found = []
+    left = np.ones(len(lines), dtype=bool)
+    for count in sorted(types, reverse=True):
+        full = left & (nodes[:, :count] > 0).all(axis=1)
+        left &= ~full
+        if full.any():
+            kind = types[count]
+            order = MIDDLE_BEFORE_TOP.get(kind, list(range(count)))
+            found.append((kind, nodes[full][:, order], properties[full]))
+    return found

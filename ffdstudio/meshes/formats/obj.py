@@ -1,0 +1,151 @@
+"""Wavefront OBJ surfaces.
+
+1. A line counts by its first word: ``v`` a vertex, ``f`` a face, ``l`` a line, ``g`` and ``o``
+   begin a group or object; everything else is kept and not looked at.
+2. A face's vertex may be ``7``, ``7/2``, ``7//3`` or ``-1``, counted back from the last vertex.
+3. Vertex normals (``vn``) do not follow a morph; writing a moved mesh that has some says so.
+"""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import dataclass
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from ffdstudio.files import write_bytes
+from ffdstudio.meshes.formats import Progress
+from ffdstudio.meshes.formats.patch import TextTemplate, shortest
+from ffdstudio.meshes.formats.source import Source
+from ffdstudio.meshes.formats.table import line_firsts, pick_numbers, split_tokens
+from ffdstudio.meshes.mesh import Markers, Mesh, MeshWarning
+from ffdstudio.meshes.topology import Array, Cells, Indices
+
+
+class Lines(NamedTuple):
+    """Words of a file: begin and end of each, the first one of each line, words in each line."""
+
+    source: Source
+    starts: Indices
+    ends: Indices
+    first: Indices
+    widths: Indices
+
+    @classmethod
+    def of(cls, source: Source) -> Lines:
+        """Split a file into lines and words."""
+        starts, ends = split_tokens(source.data)
+        first = line_firsts(source.data, starts)
+        return cls(source, starts, ends, first, np.diff(np.append(first, len(starts))))
+
+    def beginning(self, word: bytes) -> Indices:
+        """Lines whose first word is this one."""
+        place, size = self.starts[self.first], self.ends[self.first] - self.starts[self.first]
+        letters = np.frombuffer(self.source.data + bytes(len(word)), dtype=np.uint8)
+        fits = size == len(word)
+        for k, letter in enumerate(word):
+            fits &= letters[place + k] == letter
+        return np.flatnonzero(fits)
+
+
+@dataclass(frozen=True, eq=False)
+class ObjTemplate(TextTemplate):
+    """OBJ file; remembers whether it has vertex normals."""
+
+    has_normals: bool = False
+
+    def write(self, path: Path, points: Array) -> None:
+        """Write the patched file; warn of normals that no longer fit."""
+        super().write(path, points)
+        if self.has_normals and not np.array_equal(points, self.original):
+            warnings.warn(
+                f"{path.name}: the vertex normals (vn) of the file are kept as they were",
+                MeshWarning,
+                stacklevel=3,
+            )
+
+
+def read(path: Path, data: bytes, progress: Progress) -> Mesh:
+    """Read an OBJ file; see `read_mesh`."""
+    source = Source(path, data)
+    if b"\\\n" in data or b"\\\r\n" in data:
+        raise source.error(data.index(b"\\"), "lines continued by a backslash are not supported")
+    lines = Lines.of(source)
+    vertices = lines.beginning(b"v")
+    _need(lines, vertices, 4, "a vertex needs x, y and z")
+    where = lines.first[vertices][:, None] + np.arange(1, 4)
+    starts, ends = lines.starts[where], lines.ends[where]
+    if not len(vertices):
+        raise source.failure("there is no vertex (v) in this file")
+    points = pick_numbers(source, starts.ravel(), ends.ravel()).reshape(-1, 3)
+    cells, order = _elements(lines, vertices)
+    template = ObjTemplate(data, points, starts, ends, has_normals=len(lines.beginning(b"vn")) > 0)
+    return Mesh(points, cells, _groups(lines, cells, order), template=template)
+
+
+def _need(lines: Lines, chosen: Indices, words: int, message: str) -> None:
+    short = np.flatnonzero(lines.widths[chosen] < words)
+    if len(short):
+        raise lines.source.error(int(lines.starts[lines.first[chosen[short[0]]]]), message)
+
+
+def _elements(lines: Lines, vertices: Indices) -> tuple[Cells, dict[str, Indices]]:
+    """Faces and lines by type, and the line of the file that each one stands in."""
+    cells, order = {}, {}
+    faces, edges = lines.beginning(b"f"), lines.beginning(b"l")
+    _need(lines, faces, 4, "a face needs at least three vertices")
+    _need(lines, edges, 3, "a line needs two vertices")
+    for rows, widths in ((edges, None), (faces, lines.widths[faces] - 1)):
+        for size in [2] if widths is None else np.unique(widths).tolist():
+            chosen = rows if widths is None else rows[widths == size]
+            name = {2: "line", 3: "triangle", 4: "quad"}.get(size, f"polygon{size}")
+            if len(chosen):
+                cells[name], order[name] = _nodes(lines, chosen, size, vertices), chosen
+    return cells, order
+
+
+def _nodes(lines: Lines, chosen: Indices, size: int, vertices: Indices) -> Indices:
+    where = (lines.first[chosen][:, None] + np.arange(1, size + 1)).ravel()
+    starts, ends = lines.starts[where], lines.ends[where]
+    slashes = np.flatnonzero(np.frombuffer(lines.source.data, dtype=np.uint8) == ord("/"))
+    slashes = np.append(slashes, len(lines.source.data))
+    ends = np.minimum(ends, slashes[np.searchsorted(slashes, starts)])
+    given = pick_numbers(lines.source, starts, ends, np.int64).reshape(-1, size)
+    before = np.searchsorted(vertices, chosen)[:, None]
+    nodes = np.where(given < 0, before + given, given - 1)
+    wrong = np.flatnonzero(((nodes < 0) | (nodes >= len(vertices))).any(axis=1))
+    if len(wrong):
+        place = int(lines.starts[lines.first[chosen[wrong[0]]]])
+        raise lines.source.error(place, f"a vertex index is not in 1 to {len(vertices)}")
+    return nodes
+
+
+def _groups(lines: Lines, cells: Cells, order: dict[str, Indices]) -> Markers:
+    """Groups as markers, or objects where there are no groups."""
+    rows = lines.beginning(b"g")
+    rows = rows if len(rows) else lines.beginning(b"o")
+    members: dict[str, list[int]] = {}
+    for k, row in enumerate(rows.tolist()):
+        place = int(lines.starts[lines.first[row]])
+        text = lines.source.data[place + 1 : lines.source.line_end(place)]
+        members.setdefault(text.decode("utf-8", "replace").strip(), []).append(k)
+    of_cell = {kind: np.searchsorted(rows, at) - 1 for kind, at in order.items()}
+    markers: Markers = {}
+    for name, numbers in members.items():
+        inside = {kind: nodes[np.isin(of_cell[kind], numbers)] for kind, nodes in cells.items()}
+        found = {kind: nodes for kind, nodes in inside.items() if len(nodes)}
+        if name and found:
+            markers[name] = found
+    return markers
+
+
+def write_new(mesh: Mesh, path: Path) -> None:
+    """Write the surface of a mesh as OBJ."""
+    numbers = shortest(mesh.points.ravel().tolist())
+    rows = ["v " + " ".join(numbers[k : k + 3]) for k in range(0, len(numbers), 3)]
+    for nodes in mesh.surface().values():
+        letter = "l " if nodes.shape[1] == 2 else "f "
+        rows += [letter + " ".join(map(str, row)) for row in (nodes + 1).tolist()]
+    write_bytes(path, ("\n".join(rows) + "\n").encode())

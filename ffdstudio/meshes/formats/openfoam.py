@@ -1,0 +1,211 @@
+"""OpenFOAM meshes: the folder ``polyMesh`` of a case.
+
+1. A case folder opens, its ``.foam`` file, or a polyMesh folder. The mesh is faces with the
+   cells on both sides; patches become markers, their types the markers' kinds.
+2. Only ``points`` changes. Written elsewhere, the other files of the mesh are copied byte for
+   byte; nothing else of a case is.
+3. A folder that holds another mesh is refused: several files cannot be replaced at once, and
+   a crash between two of them would leave a mixture.
+4. A decomposed case has a mesh in every ``processorN``: these do not follow, which is said.
+"""
+
+from __future__ import annotations
+
+import gzip
+import warnings
+import zlib
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from ffdstudio.errors import InputError
+from ffdstudio.files import read_bytes, write_bytes, write_together
+from ffdstudio.meshes.formats import Progress
+from ffdstudio.meshes.formats.foamfile import FoamFile, dictionary, packed
+from ffdstudio.meshes.formats.patch import BinaryTemplate, TextTemplate, warn_if_rounded
+from ffdstudio.meshes.formats.table import pick_numbers
+from ffdstudio.meshes.mesh import Faces, Markers, Mesh, MeshWarning, boundary_faces
+from ffdstudio.meshes.topology import Array, Indices
+
+KINDS = {
+    "symmetryPlane": "symmetry",
+    "cyclic": "periodic",
+    "cyclicAMI": "periodic",
+    "cyclicACMI": "periodic",
+}
+COPIED = ("boundary", "faces", "owner", "neighbour", "cellZones", "faceZones", "pointZones")
+TOPOLOGY = ("faces", "owner", "neighbour")
+
+
+def folder_of(path: Path) -> Path:
+    """Folder polyMesh that a path stands for: a case, its .foam file or the folder itself."""
+    if path.suffix.lower() in (".foam", ".openfoam"):
+        path = path.parent
+    if path.name == "polyMesh":
+        return path
+    return path / "constant" / "polyMesh"
+
+
+@dataclass(frozen=True, eq=False)
+class FoamTemplate:
+    """A polyMesh folder with the content of its file of points."""
+
+    folder: Path
+    file: FoamFile
+    points: TextTemplate | BinaryTemplate
+
+    @property
+    def original(self) -> Array:
+        """(n, 3) coordinates as in the file."""
+        return self.points.original
+
+    def write(self, path: Path, points: Array) -> None:
+        """Write the file of points, and copies of the mesh's other files if it is elsewhere."""
+        warn_if_rounded(self.original, points, self.dtype, path)
+        target = folder_of(path)
+        new = self.points.patched(points)
+        if self.file.source.path.suffix == ".gz":
+            new = self.file.raw if new == self.file.source.data else packed(new)
+        try:
+            target.mkdir(parents=True, exist_ok=True)
+            if path.suffix.lower() in (".foam", ".openfoam") and not path.exists():
+                write_bytes(path, b"")
+        except OSError as error:
+            raise InputError(f"cannot write {target}: {error.strerror}") from error
+        copies = {} if target.samefile(self.folder) else self._copies(target)
+        file = target / self.file.source.path.name
+        write_together([*copies.items(), (file, new)])
+        _remove_twin(file)
+        if list(target.parent.parent.glob("processor*")):
+            warnings.warn(
+                f"{path.name}: the case is decomposed; the meshes in its processor folders "
+                "do not follow, decompose it again",
+                MeshWarning,
+                stacklevel=3,
+            )
+
+    @property
+    def dtype(self) -> np.dtype:
+        """Type of the coordinates in the file."""
+        return self.points.dtype
+
+    def _copies(self, target: Path) -> dict[Path, bytes]:
+        """Files of the mesh, besides its points, that are not in a folder yet."""
+        found = {}
+        for name in COPIED:
+            for file in (self.folder / name, self.folder / f"{name}.gz"):
+                if not file.is_file():
+                    continue
+                data = read_bytes(file)
+                if name in TOPOLOGY:
+                    _refuse_another(target, name, data)
+                copy = target / file.name
+                if not copy.exists() or read_bytes(copy) != data:
+                    found[copy] = data
+        return found
+
+
+def _refuse_another(target: Path, name: str, data: bytes) -> None:
+    """Raise if a folder has a file of that name with other content, packed or not."""
+    for file in (target / name, target / f"{name}.gz"):
+        if file.exists() and _plain(read_bytes(file)) != _plain(data):
+            raise InputError(f"{target} holds another mesh ({name}): choose another folder")
+
+
+def _plain(data: bytes) -> bytes:
+    try:
+        return gzip.decompress(data) if data[:2] == b"\x1f\x8b" else data
+    except (OSError, EOFError, zlib.error):  # damaged: not the same in any case
+        return data
+
+
+def _remove_twin(file: Path) -> None:
+    """Remove the packed form of a file, or the plain one, which is no longer true."""
+    twin = file.with_suffix("") if file.suffix == ".gz" else file.with_name(f"{file.name}.gz")
+    try:
+        twin.unlink(missing_ok=True)
+    except OSError as error:
+        raise InputError(f"cannot remove {twin}, which is not true any more") from error
+
+
+def read(path: Path, data: bytes, progress: Progress) -> Mesh:
+    """Read the mesh of a case; see `read_mesh`."""
+    folder = folder_of(path)
+    if not folder.is_dir():
+        raise InputError(_not_there(path, folder))
+    points = FoamFile.find(folder, "points")
+    template = FoamTemplate(folder, points, _points(points))
+    progress(0.3)
+    nodes, offsets = FoamFile.find(folder, "faces").faces()
+    progress(0.7)
+    owner = FoamFile.find(folder, "owner").labels()
+    neighbour = FoamFile.find(folder, "neighbour").labels()
+    faces = _faces(folder, len(template.original), nodes, offsets, owner, neighbour)
+    markers, kinds = _patches(folder, faces)
+    return Mesh(template.original, {}, markers, faces=faces, kinds=kinds, template=template)
+
+
+def _not_there(path: Path, folder: Path) -> str:
+    base = path if path.is_dir() else path.parent
+    if list(base.glob("processor*")):
+        return (
+            f"{path}: this case is decomposed; reconstruct its mesh, "
+            "or open the folder processorN/constant/polyMesh"
+        )
+    return f"{path}: there is no folder {folder}"
+
+
+def _points(file: FoamFile) -> TextTemplate | BinaryTemplate:
+    count, begin = file.list_at(file.begin)
+    if file.is_binary:
+        raw = file.binary(3 * count, begin, file.scalar).astype(np.float64).reshape(-1, 3)
+        bad = np.flatnonzero(~np.isfinite(raw).all(axis=1))
+        if len(bad):
+            raise file.source.failure(f"point {bad[0]} (counted from 0) is not finite")
+        places = begin + file.scalar.itemsize * np.arange(3 * count).reshape(-1, 3)
+        return BinaryTemplate(file.source.data, raw, file.scalar, places)
+    starts, ends = file.spans(begin)
+    if len(starts) != 3 * count:
+        raise file.source.failure(
+            f"{count} points are announced, found {len(starts)} coordinates instead of {3 * count}"
+        )
+    points = pick_numbers(file.source, starts, ends).reshape(-1, 3)
+    return TextTemplate(file.source.data, points, starts.reshape(-1, 3), ends.reshape(-1, 3))
+
+
+def _faces(
+    folder: Path, count: int, nodes: Indices, offsets: Indices, owner: Indices, other: Indices
+) -> Faces:
+    total = len(offsets) - 1
+    if len(owner) != total or len(other) > total:
+        raise InputError(
+            f"{folder}: {total} faces, but {len(owner)} owners and {len(other)} neighbours"
+        )
+    if nodes.size and not (nodes.min() >= 0 and nodes.max() < count):
+        raise InputError(f"{folder}: a face refers to a point that is not in 0 to {count - 1}")
+    neighbour = np.full(total, -1)
+    neighbour[: len(other)] = other
+    most = 4 * total  # every cell has four faces or more
+    if (owner < 0).any() or max(owner.max(initial=-1), neighbour.max(initial=-1)) > most:
+        raise InputError(f"{folder}: a face belongs to a cell that cannot be there")
+    return Faces(nodes, offsets, owner, np.maximum(neighbour, -1))
+
+
+def _patches(folder: Path, faces: Faces) -> tuple[Markers, dict[str, str]]:
+    source = FoamFile.find(folder, "boundary").source
+    markers: Markers = {}
+    kinds = {}
+    for name, values in dictionary(source):
+        if "startFace" not in values:
+            continue
+        begin, count = (
+            source.integer(values.get(key, "").encode("latin-1"), 0, f"{key} of patch {name}")
+            for key in ("startFace", "nFaces")
+        )
+        if begin + count > len(faces):
+            raise source.failure(f"patch {name} ends behind the last face")
+        markers[name] = boundary_faces(faces, np.arange(begin, begin + count))
+        kind = values.get("type", "patch")
+        kinds[name] = KINDS.get(kind, kind)
+    return markers, kinds

@@ -1,0 +1,202 @@
+"""Coordinate patching: the file is the template, only numbers of nodes that moved change.
+
+1. A format says where in the file each coordinate stands. Nothing else of the file is
+   understood here, so nothing else can be lost.
+2. "Changed" means other bits than the file's own value: at rest nothing is rewritten, and an
+   undeformed mesh is written with the same bytes *through* this code.
+3. Text gets the shortest decimal that reads back as the same double; binary files the value
+   in their own type.
+4. A node may stand in several places of a file (an STL repeats it for every facet): `slots`
+   gives the node of each place.
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import DTypeLike, NDArray
+
+from ffdstudio.errors import InputError
+from ffdstudio.files import write_bytes
+from ffdstudio.meshes.formats.decimals import shortest_texts
+from ffdstudio.meshes.mesh import MeshWarning
+from ffdstudio.meshes.topology import Array, Indices
+
+CHUNK = 1 << 15
+DOUBLE = np.dtype(np.float64)
+
+
+class Edits:
+    """Numbers to replace in a text: (k,) begin and end of each, and its new value."""
+
+    def __init__(self, starts: Indices, ends: Indices, values: Array) -> None:
+        order = np.argsort(starts, kind="stable")
+        self.starts, self.ends, self.values = starts[order], ends[order], values[order]
+
+    def apply(self, data: bytes) -> bytes:
+        """Return the text with the new numbers."""
+        return b"".join(self._pieces(data))
+
+    def _pieces(self, data: bytes) -> Iterator[bytes]:
+        at = 0
+        for k in range(0, len(self.values), CHUNK):
+            part = slice(k, k + CHUNK)
+            begin, end = self.starts[part].tolist(), self.ends[part].tolist()
+            texts = shortest_texts(self.values[part])
+            pieces = [b""] * (2 * len(texts))
+            pieces[0::2] = [data[i:j] for i, j in zip([at, *end], begin, strict=False)]
+            pieces[1::2] = texts
+            yield b"".join(pieces)
+            at = end[-1]
+        yield data[at:]
+
+
+def shortest(values: list[float]) -> list[str]:
+    """Shortest decimals that read back as the same doubles."""
+    return list(map(repr, values))
+
+
+@dataclass(frozen=True, eq=False)
+class TextTemplate:
+    """A text file with the places of its coordinates.
+
+    Attributes
+    ----------
+    data : bytes
+    original : numpy.ndarray
+        (n, 3) coordinates as in the file.
+    starts, ends : numpy.ndarray
+        (m, d) begin and end of each coordinate in `data`; d = 2 for a file without z.
+    slots : numpy.ndarray, optional
+        (m,) node of each row; by default row i is node i.
+    dtype : numpy.dtype
+        Type that the file declares for its text; float32 rounds what is written.
+    """
+
+    data: bytes
+    original: Array
+    starts: Indices
+    ends: Indices
+    slots: Indices | None = None
+    dtype: np.dtype = DOUBLE
+
+    def patched(self, points: Array) -> bytes:
+        """File content with these (n, 3) coordinates.
+
+        Raises
+        ------
+        InputError
+            If a node moves along z in a file without z.
+        """
+        return self.edits(points).apply(self.data)
+
+    def edits(self, points: Array) -> Edits:
+        """Find what changes in the file."""
+        old, new = by_slot(self.original, points, self.slots, self.starts.shape[1])
+        moved = changed(old, new)
+        values = rounded(new[moved], self.dtype).astype(np.float64)
+        return Edits(self.starts[moved], self.ends[moved], values)
+
+    def write(self, path: Path, points: Array) -> None:
+        """Write the patched file; warn if its type cannot hold all digits."""
+        warn_if_rounded(self.original, points, self.dtype, path)
+        write_bytes(path, self.patched(points))
+
+
+@dataclass(frozen=True, eq=False)
+class BinaryTemplate:
+    """A binary file with the places of its coordinates.
+
+    Attributes
+    ----------
+    data, original, slots
+        As in `TextTemplate`.
+    dtype : numpy.dtype
+        Floating-point type of the file with its byte order.
+    places : numpy.ndarray
+        (m, d) where each coordinate begins in `data`.
+    """
+
+    data: bytes
+    original: Array
+    dtype: np.dtype
+    places: Indices
+    slots: Indices | None = None
+
+    def patched(self, points: Array) -> bytes:
+        """File content with these (n, 3) coordinates, rounded to the type of the file."""
+        old, new = by_slot(self.original, points, self.slots, self.places.shape[1])
+        moved = changed(old, new)
+        if not moved.any():
+            return self.data
+        out = bytearray(self.data)
+        put(out, self.places[moved], new[moved], self.dtype)
+        return bytes(out)
+
+    def write(self, path: Path, points: Array) -> None:
+        """Write the patched file; warn if it cannot hold all digits."""
+        data = self.patched(points)
+        warn_if_rounded(self.original, points, self.dtype, path)
+        write_bytes(path, data)
+
+
+def put(out: bytearray, places: Indices, values: Array, dtype: DTypeLike) -> None:
+    """Store values of a type at (k,) places of a file's content."""
+    target = np.frombuffer(out, dtype=np.uint8)
+    size = np.dtype(dtype).itemsize
+    for k in range(0, len(values), CHUNK):
+        part = slice(k, k + CHUNK)
+        raw = rounded(values[part], dtype).view(np.uint8).reshape(-1, size)
+        target[places[part, None] + np.arange(size)] = raw
+
+
+def rounded(values: Array, dtype: DTypeLike) -> NDArray:
+    """Values in the type of a file; raises `InputError` if one is too large for it."""
+    with np.errstate(over="ignore"):
+        stored = np.ascontiguousarray(values).astype(dtype)
+    if not np.isfinite(stored).all():
+        raise InputError(f"a coordinate is too large for the file's type, {np.dtype(dtype).name}")
+    return stored
+
+
+def by_slot(
+    original: Array, points: Array, slots: Indices | None, axes: int
+) -> tuple[Array, Array]:
+    """(m, axes) old and new coordinates in the order of the file."""
+    refuse_missing_axes(original, points, axes)
+    old, new = original[:, :axes], points[:, :axes]
+    return (old, new) if slots is None else (old[slots], new[slots])
+
+
+def changed(original: NDArray, points: NDArray) -> NDArray[np.bool_]:
+    """Which coordinates have other bits."""
+    bits = f"i{original.dtype.itemsize}"
+    old, new = np.ascontiguousarray(original).view(bits), np.ascontiguousarray(points).view(bits)
+    return np.not_equal(old, new)
+
+
+def refuse_missing_axes(original: Array, points: Array, axes: int) -> None:
+    """Raise `InputError` where a coordinate changes that the file has no place for."""
+    moved = original[:, axes:] != points[:, axes:]
+    if moved.any():
+        node = int(np.flatnonzero(moved.any(axis=1))[0])
+        raise InputError(
+            f"the file of this mesh holds {'xyz'[:axes]} only, but node {node} (counted from 0) "
+            f"moves along {'xyz'[axes + int(np.argmax(moved[node]))]}"
+        )
+
+
+def warn_if_rounded(original: Array, points: Array, dtype: DTypeLike, path: Path) -> None:
+    """Say so if coordinates that changed lose digits in the type of the file."""
+    new = points[changed(original, points)]
+    if np.dtype(dtype).itemsize < 8 and not np.array_equal(rounded(new, dtype), new):
+        warnings.warn(
+            f"{path.name}: this file stores single precision (float32); "
+            "coordinates are rounded to it",
+            MeshWarning,
+            stacklevel=4,
+        )

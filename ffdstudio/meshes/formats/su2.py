@@ -1,0 +1,262 @@
+"""SU2 meshes in two and three dimensions.
+
+1. Sections come in any order, in every zone anew, so they are collected first and understood
+   afterwards. A section is a line ``KEY= value`` with the lines up to the next one.
+2. ``%`` begins a comment anywhere. ``NDIME=2`` needs no blank. ``NPOIN=`` may hold two numbers
+   (the second one leaves out halo nodes); lines may end in index columns, which are kept.
+3. Node indices count from 0 in each zone (``NZONE=``, ``IZONE=``).
+4. FFD boxes (``FFD_...``) are kept as they are; SU2_DEF would move the shape back by a stale
+   one, so writing a moved mesh with a section that nobody replaced warns.
+
+Source: SU2 documentation, "Mesh File".
+"""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from ffdstudio.errors import InputError
+from ffdstudio.meshes.formats import Progress
+from ffdstudio.meshes.formats.patch import TextTemplate
+from ffdstudio.meshes.formats.source import Source
+from ffdstudio.meshes.formats.su2_sections import Section, ffd_span, sections_of, zones_of
+from ffdstudio.meshes.formats.table import Rows, read_rows
+from ffdstudio.meshes.mesh import Markers, Mesh, MeshWarning
+from ffdstudio.meshes.topology import CORNERS, Array, Cells, Indices
+
+CODES = {
+    1: "vertex",
+    3: "line",
+    5: "triangle",
+    9: "quad",
+    10: "tetra",
+    12: "hexahedron",
+    13: "wedge",
+    14: "pyramid",
+}
+
+
+@dataclass(frozen=True, eq=False)
+class SU2Template(TextTemplate):
+    """The file, with the place of its FFD section."""
+
+    ffd: tuple[int, int] | None = None
+    ffd_is_fresh: bool = False
+
+    def write(self, path: Path, points: Array) -> None:
+        """Write the patched file; warn if it takes along an FFD section that no longer fits."""
+        super().write(path, points)
+        if self.ffd and not self.ffd_is_fresh and not np.array_equal(points, self.original):
+            warnings.warn(
+                f"{path.name}: the FFD boxes inside the file are kept as they were; "
+                "SU2_DEF would move the shape back to them",
+                MeshWarning,
+                stacklevel=3,
+            )
+
+
+def ffd_section(mesh: Mesh) -> bytes | None:
+    """FFD boxes embedded in the SU2 file of a mesh, from ``FFD_NBOX=`` on, byte for byte.
+
+    None if there are none, or the mesh does not come from an SU2 file.
+    """
+    template = mesh.template
+    if not isinstance(template, SU2Template) or template.ffd is None:
+        return None
+    return template.data[slice(*template.ffd)]
+
+
+def replace_ffd_section(mesh: Mesh, section: bytes | None) -> Mesh:
+    """Return the same mesh with other FFD boxes in its file, or without any.
+
+    Parameters
+    ----------
+    mesh : Mesh
+        Read from an SU2 file.
+    section : bytes or None
+        Whole lines from ``FFD_NBOX=`` on; None strips the section.
+
+    Raises
+    ------
+    InputError
+        If the mesh does not come from an SU2 file.
+    """
+    old = mesh.template
+    if not isinstance(old, SU2Template):
+        raise InputError("only the file of an SU2 mesh can hold FFD boxes")
+    new = section or b""
+    begin, end = old.ffd or (len(old.data), len(old.data))
+    head = old.data[:begin]
+    if new and head and not head.endswith(b"\n"):
+        head += b"\n"
+    shift = len(head) + len(new) - end
+    behind = np.where(old.starts >= end, shift, 0)
+    template = replace(
+        old,
+        data=head + new + old.data[end:],
+        starts=old.starts + behind,
+        ends=old.ends + behind,
+        ffd=(len(head), len(head) + len(new)) if new else None,
+        ffd_is_fresh=True,
+    )
+    return replace(mesh, template=template)
+
+
+def read(path: Path, data: bytes, progress: Progress) -> Mesh:
+    """Read an SU2 file; see `read_mesh`."""
+    source = Source(path, data)
+    sections = sections_of(source)
+    zones = zones_of(source, sections)
+    reader = _Reader(source, progress)
+    for name, part in zones:
+        reader.zone(name, part)
+    starts, ends = np.concatenate(reader.starts), np.concatenate(reader.ends)
+    points = np.concatenate(reader.points)
+    template = SU2Template(data, points, starts, ends, ffd=ffd_span(sections))
+    return Mesh(
+        points,
+        {kind: np.concatenate(nodes) for kind, nodes in reader.cells.items()},
+        reader.markers,
+        dimension=starts.shape[1],
+        template=template,
+    )
+
+
+class _Reader:
+    """What the zones of a file add up to."""
+
+    def __init__(self, source: Source, progress: Progress) -> None:
+        self.source = source
+        self.tick = lambda place: progress(place / max(len(source.data), 1))
+        self.points: list[Array] = []
+        self.starts: list[Indices] = []
+        self.ends: list[Indices] = []
+        self.cells: dict[str, list[Indices]] = {}
+        self.markers: Markers = {}
+
+    def zone(self, name: str, sections: list[Section]) -> None:
+        first = sum(map(len, self.points))
+        axes = self._dimension(self._one(sections, b"NDIME"))
+        self._points(self._one(sections, b"NPOIN"), axes)
+        count = sum(map(len, self.points)) - first
+        cells = self._elements(self._one(sections, b"NELEM"), first, count)
+        for kind, nodes in cells.items():
+            self.cells.setdefault(kind, []).append(nodes)
+        if name:
+            self.markers[name] = cells
+        self._markers(name and f"{name}/", sections, first, count)
+
+    def _one(self, sections: list[Section], key: bytes) -> Section:
+        found = [section for section in sections if section.key == key]
+        if not found:
+            raise self.source.failure(f"there is no {key.decode()}= section: not an SU2 mesh?")
+        if len(found) > 1:
+            raise self.source.error(found[1].place, f"a second {key.decode()}= in the same zone")
+        return found[0]
+
+    def _count(self, section: Section) -> int:
+        token = (section.value.split() or [b""])[0]
+        return self.source.integer(token, section.place, f"{section.key.decode('latin-1')}=")
+
+    def _dimension(self, section: Section) -> int:
+        axes = self._count(section)
+        if axes not in (2, 3):
+            raise self.source.error(section.place, f"NDIME= must be 2 or 3, not {axes}")
+        if self.starts and self.starts[0].shape[1] != axes:
+            raise self.source.error(section.place, "zones of different NDIME= in one file")
+        return axes
+
+    def _rows(self, section: Section, dtype: type, what: str) -> Rows:
+        """Lines of a section, as many as its keyword says."""
+        count = self._count(section)
+        spans = dtype is np.float64
+        rows = read_rows(self.source, section.begin, section.end, dtype, b"%", spans, self.tick)
+        if len(rows) != count:
+            key = section.key.decode("latin-1")
+            raise self.source.error(
+                section.place, f"{key}= announces {count} {what}, but {len(rows)} lines follow"
+            )
+        return rows
+
+    def _points(self, section: Section, axes: int) -> None:
+        rows = self._rows(section, np.float64, "nodes")
+        short = np.flatnonzero(rows.widths < axes)
+        if len(short):
+            place = int(rows.places[short[0]])
+            raise self.source.error(place, f"a node needs {axes} coordinates")
+        where = rows.columns(axes)
+        points = np.zeros((len(rows), 3))
+        points[:, :axes] = rows.values[where]
+        bad = np.flatnonzero(~np.isfinite(points).all(axis=1))
+        if len(bad):
+            place = int(rows.places[bad[0]])
+            raise self.source.error(place, "a coordinate is not a finite number")
+        self.points.append(points)
+        self.starts.append(rows.starts[where])
+        self.ends.append(rows.ends[where])
+
+    def _elements(self, section: Section, first: int, count: int) -> Cells:
+        rows = self._rows(section, np.int64, "elements")
+        codes = rows.values[rows.first[:-1]]
+        cells = {}
+        for code in np.unique(codes).tolist():
+            chosen = np.flatnonzero(codes == code)
+            if code not in CODES:
+                self._refuse(rows, int(chosen[0]), f"unknown element type {code}")
+            cells[CODES[code]] = first + self._nodes(rows, chosen, CODES[code], count)
+        return cells
+
+    def _nodes(self, rows: Rows, chosen: Indices, kind: str, count: int) -> Indices:
+        size, widths = CORNERS[kind], rows.widths[chosen]
+        odd = np.flatnonzero((widths < size + 1) | (widths > size + 3))
+        if len(odd):
+            found = int(widths[odd[0]]) - 1
+            self._refuse(rows, int(chosen[odd[0]]), f"a {kind} has {size} nodes, found {found}")
+        table = rows.table() if len(chosen) == len(rows) else None
+        if table is None:
+            table = rows.values[rows.columns(size + 1, chosen)]
+        nodes = table[:, 1 : size + 1]
+        wrong = np.flatnonzero(((nodes < 0) | (nodes >= count)).any(axis=1))
+        if len(wrong):
+            self._refuse(rows, int(chosen[wrong[0]]), f"a node index is not in 0 to {count - 1}")
+        return nodes
+
+    def _refuse(self, rows: Rows, row: int, message: str) -> None:
+        raise self.source.error(int(rows.places[row]), message)
+
+    def _markers(self, prefix: str, sections: list[Section], first: int, count: int) -> None:
+        tag, kept = "", None
+        for section in sections:
+            if section.key in (b"MARKER_TAG", b"MARKERTAG"):
+                tag = prefix + section.value.decode("utf-8", "replace")
+            elif section.key == b"MARKER_ELEMS":
+                kept = section
+                if self._is_empty(section):  # SEND_RECV= stands before the elements
+                    continue
+                self._add(tag, self._elements(section, first, count))
+            elif section.key == b"SEND_RECV" and kept is not None:
+                body = kept._replace(begin=section.begin, end=section.end)
+                self._add(tag, self._elements(body, first, count))
+        announced = [section for section in sections if section.key == b"NMARK"]
+        found = sum(section.key in (b"MARKER_TAG", b"MARKERTAG") for section in sections)
+        for section in announced[:1]:
+            if self._count(section) != found:
+                raise self.source.error(
+                    section.place, f"NMARK= announces {self._count(section)} markers, found {found}"
+                )
+
+    def _is_empty(self, section: Section) -> bool:
+        return (
+            not self.source.data[section.begin : section.end].strip() and self._count(section) > 0
+        )
+
+    def _add(self, tag: str, cells: Cells) -> None:
+        """Add a marker; one that comes in several parts is joined."""
+        joined = dict(self.markers.get(tag, {}))
+        for kind, nodes in cells.items():
+            joined[kind] = np.concatenate([joined[kind], nodes]) if kind in joined else nodes
+        self.markers[tag] = joined

@@ -1,0 +1,58 @@
+"""The sections of an SU2 file, by zone."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from ffdstudio.meshes.formats.source import Source
+
+
+class Section(NamedTuple):
+    """A line ``KEY= value`` at `place`, and the place of the lines that follow it."""
+
+    key: bytes
+    value: bytes
+    place: int
+    begin: int
+    end: int
+
+
+def sections_of(source: Source) -> list[Section]:
+    """All sections, found by their equals sign: numbers have none."""
+    data, found = source.data, []
+    at = data.find(b"=")
+    while at >= 0:
+        begin, end = data.rfind(b"\n", 0, at) + 1, source.line_end(at)
+        key = data[begin:at].strip()
+        if b"%" not in key:
+            found.append((key, data[at + 1 : end].split(b"%")[0].strip(), begin, end))
+            if not key.replace(b"_", b"").isalnum():
+                shown = key[:20].decode("latin-1")
+                raise source.error(begin, f"expected a keyword before '=', found {shown!r}")
+        at = data.find(b"=", end)
+    ends = [*(place for _, _, place, _ in found[1:]), len(data)][: len(found)]
+    return [Section(*row, end) for row, end in zip(found, ends, strict=True)]
+
+
+def zones_of(source: Source, sections: list[Section]) -> list[tuple[str, list[Section]]]:
+    """Sections by zone; the name is empty where there is only one."""
+    zones: list[tuple[str, list[Section]]] = [("", [])]
+    declared = 1
+    for section in sections:
+        if section.key == b"NZONE":
+            declared = source.integer(section.value, section.place, "NZONE=", 1)
+        elif section.key == b"IZONE":
+            zones.append((f"zone {section.value.decode('latin-1')}", []))
+        else:
+            zones[-1][1].append(section)
+    if len(zones) > 1 and not zones[0][1]:
+        del zones[0]
+    if len(zones) != declared:
+        raise source.failure(f"NZONE= announces {declared} zones, the file has {len(zones)}")
+    return zones if declared > 1 else [("", zones[0][1])]
+
+
+def ffd_span(sections: list[Section]) -> tuple[int, int] | None:
+    """Place of the FFD section: from its first keyword to the end of its last one."""
+    boxes = [section for section in sections if section.key.startswith(b"FFD_")]
+    return (boxes[0].place, boxes[-1].end) if boxes else None

@@ -1,0 +1,174 @@
+"""VTK's XML files: unstructured grids (.vtu), polygons (.vtp) and structured grids (.vts).
+
+The array of points is changed where it stands, in the encoding that it has; the rest of the
+file keeps its bytes. In compressed files the offsets behind the array move with its size.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from ffdstudio.files import write_bytes
+from ffdstudio.meshes.formats import Progress
+from ffdstudio.meshes.formats.patch import changed, put, rounded, shortest, warn_if_rounded
+from ffdstudio.meshes.formats.source import Source
+from ffdstudio.meshes.formats.vtkcells import block_cells, cells_of, offsets_of
+from ffdstudio.meshes.formats.xmlarray import DataArray, Layout, Tag, parse
+from ffdstudio.meshes.mesh import Mesh
+from ffdstudio.meshes.topology import Array, Cells, Indices
+
+POLYDATA = {"Verts": 1, "Lines": 3, "Polys": 7}
+Edit = tuple[int, int, bytes]
+
+
+@dataclass(frozen=True, eq=False)
+class XmlTemplate:
+    """The file with the arrays of points of its pieces, and the offsets of all arrays."""
+
+    data: bytes
+    original: Array
+    arrays: list[DataArray]
+    offsets: list[tuple[int, int, str]]  # place of the array, place of the attribute, its text
+
+    def patched(self, points: Array) -> bytes:
+        """File content with these (n, 3) coordinates."""
+        edits: list[Edit] = []
+        first = 0
+        for array in self.arrays:
+            count = len(array.values()) // 3
+            part = slice(first, first + count)
+            edits += self._edits(array, self.original[part], points[part])
+            first += count
+        edits += self._moved_offsets(edits)
+        pieces, at = [], 0
+        for begin, end, text in sorted(edits):
+            pieces += [self.data[at:begin], text]
+            at = end
+        return b"".join([*pieces, self.data[at:]])
+
+    def _edits(self, array: DataArray, old: Array, new: Array) -> list[Edit]:
+        moved = np.flatnonzero(changed(old, new).ravel())
+        if not len(moved):
+            return []
+        values = np.ascontiguousarray(new).ravel()[moved]
+        if array.form == "ascii":
+            starts, ends = array.spans()
+            stored = rounded(values, array.dtype).astype(np.float64)
+            texts = [text.encode() for text in shortest(stored.tolist())]
+            return list(zip(starts[moved].tolist(), ends[moved].tolist(), texts, strict=True))
+        plain = array.decode()
+        out = bytearray(plain)
+        put(out, moved * array.dtype.itemsize, values, array.dtype)
+        return [(array.begin, array.end, array.encode(plain, bytes(out)))]
+
+    def _moved_offsets(self, edits: list[Edit]) -> list[Edit]:
+        """Attributes to change because appended arrays before them have another size."""
+        appended = {array.begin for array in self.arrays if array.form == "appended"}
+        grown = [
+            (begin, len(new) - (end - begin)) for begin, end, new in edits if begin in appended
+        ]
+        found = []
+        for place, attribute, text in self.offsets:
+            shift = sum(growth for begin, growth in grown if begin < place)
+            if shift:
+                found.append((attribute, attribute + len(text), str(int(text) + shift).encode()))
+        return found
+
+    def write(self, path: Path, points: Array) -> None:
+        """Write the patched file; warn if it cannot hold all digits."""
+        data = self.patched(points)
+        for array in self.arrays[:1]:
+            warn_if_rounded(self.original, points, array.dtype, path)
+        write_bytes(path, data)
+
+
+def read(path: Path, data: bytes, progress: Progress) -> Mesh:
+    """Read a VTK XML file; see `read_mesh`."""
+    source = Source(path, data)
+    root = parse(source)
+    layout = Layout.of(source, root)
+    pieces = root.all("Piece")
+    arrays = [_points_array(layout, piece) for piece in pieces]
+    if not arrays:
+        raise source.failure("there is no Piece in this file")
+    parts = [_points(array) for array in arrays]
+    first = offsets_of(np.array([len(part) for part in parts]))
+    joined: dict[str, list[Indices]] = {}
+    for piece, part, start in zip(pieces, parts, first, strict=False):
+        for name, nodes in _cells(layout, piece, len(part)).items():
+            joined.setdefault(name, []).append(nodes + start)
+    points = np.concatenate(parts)
+    template = XmlTemplate(data, points, arrays, _offsets(layout, root))
+    return Mesh(points, {name: np.concatenate(n) for name, n in joined.items()}, template=template)
+
+
+def _points_array(layout: Layout, piece: Tag) -> DataArray:
+    tag = piece.child("Points")
+    array = tag and tag.child("DataArray")
+    if not array:
+        raise layout.source.error(piece.begin - 1, "this Piece has no array of points")
+    found = DataArray(layout, array)
+    if found.dtype.kind != "f":
+        raise layout.source.error(array.begin - 1, "points of whole numbers cannot be deformed")
+    return found
+
+
+def _points(array: DataArray) -> Array:
+    values = array.values()
+    if len(values) % 3:
+        raise array.source.failure("the array of points is not made of x, y and z")
+    with np.errstate(invalid="ignore"):
+        points = values.astype(np.float64).reshape(-1, 3)
+    bad = np.flatnonzero(~np.isfinite(points).all(axis=1))
+    if len(bad):
+        raise array.source.failure(f"point {bad[0]} (counted from 0) is not finite")
+    return points
+
+
+def _offsets(layout: Layout, root: Tag) -> list[tuple[int, int, str]]:
+    """Where every appended array begins, and where its offset is written."""
+    found = []
+    for tag in [*root.all("DataArray"), *root.all("Array")]:
+        text, attribute = tag.attributes.get("offset", ("", 0))
+        if tag.get("format") == "appended" and text.isdecimal():
+            found.append((layout.appended + int(text), attribute, text))
+    return found
+
+
+def _cells(layout: Layout, piece: Tag, count: int) -> Cells:
+    cells = piece.child("Cells")
+    if cells:
+        nodes, ends, types = _arrays(layout, cells, "connectivity", "offsets", "types")
+        return cells_of(layout.source, _begins(ends), nodes, types, count)
+    extent = [int(n) for n in piece.get("Extent").split() if n.lstrip("-").isdecimal()]
+    if len(extent) == 6:
+        shape = tuple(extent[k + 1] - extent[k] + 1 for k in (0, 2, 4))
+        if min(shape) < 1 or int(np.prod(shape)) != count:
+            raise layout.source.error(piece.begin - 1, f"Extent does not fit {count} points")
+        return block_cells(shape)
+    found: Cells = {}
+    for name, number in POLYDATA.items():
+        tag = piece.child(name)
+        if tag and tag.children:
+            nodes, ends = _arrays(layout, tag, "connectivity", "offsets")
+            begins = _begins(ends)
+            types = (
+                np.where(np.diff(begins) == 2, 3, 4) if number == 3 else np.full(len(ends), number)
+            )
+            found |= cells_of(layout.source, begins, nodes, types, count)
+    return found
+
+
+def _begins(ends: Indices) -> Indices:
+    return np.concatenate([[0], ends])
+
+
+def _arrays(layout: Layout, tag: Tag, *names: str) -> list[Indices]:
+    own = {child.get("Name"): child for child in tag.children if child.name == "DataArray"}
+    missing = [name for name in names if name not in own]
+    if missing:
+        raise layout.source.error(tag.begin - 1, f"<{tag.name}> has no array {missing[0]}")
+    return [DataArray(layout, own[name]).values().astype(np.int64) for name in names]

@@ -1,0 +1,105 @@
+"""Inverted cells: a corner Jacobian changed sign, or the cell is negative inside.
+
+1. The reference is the undeformed mesh, see `corners`.
+2. A hexahedron or wedge with good corners can still be negative inside. That is decided by the
+   Bezier coefficients of its Jacobian (`bezier`), for cells that were valid to begin with.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ffdstudio.errors import InputError
+from ffdstudio.meshes.measures.bezier import INSIDE, folded
+from ffdstudio.meshes.measures.blocks import Block, Blocks, blocks_of
+from ffdstudio.meshes.measures.corners import jacobians, signs
+from ffdstudio.meshes.mesh import Mesh
+from ffdstudio.meshes.topology import Array, Indices
+
+
+@dataclass(frozen=True, eq=False)
+class Inverted:
+    """Inverted cells.
+
+    Attributes
+    ----------
+    mask : numpy.ndarray
+        (cells,) bool, numbered as in `mesh.cells` type after type.
+    corners : int
+        How many of them have a corner that changed sign; the others are negative inside.
+    """
+
+    mask: np.ndarray
+    corners: int
+
+    @property
+    def count(self) -> int:
+        """Number of inverted cells."""
+        return int(self.mask.sum())
+
+    @property
+    def cells(self) -> Indices:
+        """Numbers of the inverted cells."""
+        return np.flatnonzero(self.mask)
+
+
+def inverted(mesh: Mesh, points: ArrayLike | None = None) -> Inverted:
+    """Cells that `points` turn inside out, against the undeformed `mesh.points`.
+
+    Parameters
+    ----------
+    mesh : Mesh
+    points : array_like, optional
+        (n, 3) deformed coordinates. Without them nothing is inverted.
+
+    Raises
+    ------
+    InputError
+        If the number of points differs.
+
+    Examples
+    --------
+    >>> mesh = Mesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], {"triangle": [[0, 1, 2]]}, dimension=2)
+    >>> inverted(mesh, [[0, 0, 0], [1, 0, 0], [0, -1, 0]]).count
+    1
+    """
+    new = deformed(mesh, points)
+    blocks = blocks_of(mesh)
+    old, here = blocks.extended(mesh.points), blocks.extended(new)
+    mask, corner = np.zeros(blocks.count, dtype=bool), np.zeros(blocks.count, dtype=bool)
+    for block in blocks.of_cells(blocks.moved_cells((new != mesh.points).any(axis=1))):
+        if len(block.cells):
+            bad = flipped(block, blocks, old, here)
+            corner[block.cells[bad]] = True
+            mask[block.cells[bad | folded_since(block, old, here, bad)]] = True
+    return Inverted(mask | corner, int(corner.sum()))
+
+
+def deformed(mesh: Mesh, points: ArrayLike | None) -> Array:
+    """Coordinates as an array that fits the mesh."""
+    new = mesh.points if points is None else np.asarray(points, dtype=np.float64)
+    if new.shape != mesh.points.shape:
+        raise InputError(f"this mesh has points {mesh.points.shape}, the points given {new.shape}")
+    return new
+
+
+def flipped(block: Block, blocks: Blocks, old: Array, here: Array) -> np.ndarray:
+    """Whether a corner of a cell changed sign or lost its volume."""
+    up = blocks.upright(old)
+    sign = signs(block, old, up)
+    bad = (jacobians(block, here, up) * sign <= 0) & (sign != 0)
+    result: np.ndarray = bad.any(axis=0)
+    return result
+
+
+def folded_since(block: Block, old: Array, here: Array, skip: np.ndarray) -> np.ndarray:
+    """Whether a cell is negative inside now and was not at the beginning; not asked of `skip`."""
+    out = np.zeros(len(block.nodes), dtype=bool)
+    if block.type in INSIDE:
+        suspect = np.flatnonzero(~skip)
+        suspect = suspect[folded(block[suspect], here)]
+        out[suspect[~folded(block[suspect], old)]] = True
+    return out

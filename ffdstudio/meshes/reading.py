@@ -1,0 +1,56 @@
+"""Reading a mesh from a file of any format."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import replace
+from pathlib import Path
+
+from ffdstudio.errors import InputError
+from ffdstudio.files import read_bytes
+from ffdstudio.meshes.formats import Progress, recognise
+from ffdstudio.meshes.mesh import Mesh
+
+HEAD = 65536
+
+
+def read_mesh(path: str | os.PathLike[str], progress: Progress | None = None) -> Mesh:
+    """Read a mesh; the format is told by the file's suffix and content.
+
+    Parameters
+    ----------
+    path : path-like
+        File, or folder of a format that is one.
+    progress : callable, optional
+        Called with the fraction done, 0 to 1, from time to time and in the calling thread.
+        Whatever it raises ends the reading and reaches the caller: that is how to cancel.
+
+    Returns
+    -------
+    Mesh
+        Coordinates are float64 from the file itself.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read or is damaged; the message names file, place and cause.
+    """
+    source = Path(path)
+    report = progress or _silent
+    report(0.0)
+    data = b"" if source.is_dir() else read_bytes(source)
+    row = recognise(source, data[:HEAD])
+    if b'"ffdstudio-lattice"' in data[:HEAD]:
+        raise InputError(f"{source}: this is a lattice, where a mesh is needed")
+    try:
+        mesh: Mesh = row.load().read(source, data, report)
+    except MemoryError as error:
+        raise InputError(f"{source}: not enough memory to read this file") from error
+    if len(mesh.points) == 0:
+        raise InputError(f"{source}: there are no nodes in this file")
+    report(1.0)
+    return replace(mesh, path=source, format=row.name)
+
+
+def _silent(fraction: float) -> None:
+    """Take no notice of the progress."""

@@ -1,0 +1,104 @@
+"""The exact safe amplitude: how far a displacement can go before the first cell inverts.
+
+1. With x0 + t d a corner Jacobian is a polynomial in t, cubic in space and quadratic in a
+   plane: the first inversion is the smallest positive root over all corners (`roots`).
+2. Signs are those of the undeformed mesh and corners without volume are not judged, exactly as
+   `measures.inverted` has it.
+3. A hexahedron or wedge may fold inside before a corner does: `interior` looks for that in
+   the amplitudes that the corners leave.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ffdstudio.errors import InputError
+from ffdstudio.meshes.measures.bezier import INSIDE
+from ffdstudio.meshes.measures.blocks import Block, blocks_of
+from ffdstudio.meshes.measures.corners import edges, signs, unit
+from ffdstudio.meshes.measures.inversion import deformed
+from ffdstudio.meshes.measures.vectors import cross, dot, gathered, pieces, triple
+from ffdstudio.meshes.mesh import Mesh
+from ffdstudio.meshes.safety.interior import first_fold
+from ffdstudio.meshes.safety.roots import smallest
+from ffdstudio.meshes.topology import Array
+
+
+def safe_amplitude(mesh: Mesh, displacement: ArrayLike, points: ArrayLike | None = None) -> float:
+    """Largest t such that no cell of ``points + t' * displacement`` is inverted for t' < t.
+
+    Parameters
+    ----------
+    mesh : Mesh
+        The undeformed mesh, which tells the sign of each cell.
+    displacement : array_like
+        (n, 3) in the unit of the mesh.
+    points : array_like, optional
+        (n, 3) where the displacement starts; by default the undeformed coordinates. Corners
+        inverted there already are not counted again.
+
+    Returns
+    -------
+    float
+        Infinity if no amplitude inverts a cell.
+
+    Raises
+    ------
+    InputError
+        If the arrays do not fit the mesh or a displacement is not finite.
+
+    Examples
+    --------
+    >>> mesh = Mesh([[0, 0, 0], [1, 0, 0], [0, 2, 0]], {"triangle": [[0, 1, 2]]}, dimension=2)
+    >>> safe_amplitude(mesh, [[0, 0, 0], [0, 0, 0], [0, -1, 0]])
+    2.0
+    """
+    move, start = deformed(mesh, displacement), deformed(mesh, points)
+    if not np.isfinite(move).all():
+        raise InputError("a displacement is not a finite number")
+    blocks = blocks_of(mesh)
+    rest, start, far = (blocks.extended(a) for a in (mesh.points, start, move))
+    up = blocks.upright(rest)
+    chosen = blocks.moved_cells((move != 0).any(axis=1))
+    moving = [block for block in blocks.of_cells(chosen) if len(block.cells)]
+    if blocks.flat:
+        far = far * [1, 1, 0]
+    limit = min((_corners(block, rest, start, far, up) for block in moving), default=np.inf)
+    for block in moving:
+        if block.type in INSIDE:
+            limit = first_fold(block, start, far, limit)
+    return limit
+
+
+def _corners(block: Block, rest: Array, start: Array, move: Array, up: Array | None) -> float:
+    """Smallest amplitude at which a corner of these cells loses its volume."""
+    limit = np.inf
+    for piece in pieces(len(block.nodes), 65536):
+        part = block[piece]
+        sign = signs(part, rest, up)
+        x, d = gathered(start, part.nodes), gathered(move, part.nodes)
+        upright = None if up is None else gathered(up, part.nodes)
+        for i, corner in enumerate(block.corners):
+            normal = None if upright is None else unit(cross(*edges(upright, corner)))
+            terms = np.stack(polynomial(edges(x, corner), edges(d, corner), normal)) * sign[i]
+            limit = min(limit, smallest(*terms[:, terms[0] > 0]))
+    return limit
+
+
+def polynomial(e: list[Array], f: list[Array], normal: Array | None) -> list[Array]:
+    """Coefficients c0 to c3 in t of the Jacobian of the edges e + t f."""
+    if len(e) == 3:
+        (e1, e2, e3), (f1, f2, f3) = e, f
+        ee, ff = cross(e2, e3), cross(f2, f3)
+        ef = cross(e2, f3) + cross(f2, e3)
+        return [
+            dot(e1, ee),
+            dot(f1, ee) + dot(e1, ef),
+            dot(f1, ef) + dot(e1, ff),
+            triple(f1, f2, f3),
+        ]
+    (e1, e2), (f1, f2) = e, f
+    terms = [cross(e1, e2), cross(f1, e2) + cross(e1, f2), cross(f1, f2)]
+    flat = [t[2] if normal is None else dot(t, normal) for t in terms]
+    return [*flat, np.zeros_like(flat[0])]

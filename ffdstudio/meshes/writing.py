@@ -1,0 +1,96 @@
+"""Writing a mesh: its own file with other coordinates, or a new file in another format."""
+
+from __future__ import annotations
+
+import os
+import warnings
+from collections.abc import Callable
+from pathlib import Path
+
+from numpy.typing import ArrayLike
+
+from ffdstudio.errors import InputError
+from ffdstudio.meshes.formats import FORMATS, candidates, suffix_of
+from ffdstudio.meshes.mesh import Mesh, MeshWarning
+from ffdstudio.meshes.topology import dimension
+
+SURFACES = ("stl", "obj", "ply")
+
+
+def write_mesh(mesh: Mesh, path: str | os.PathLike[str], points: ArrayLike | None = None) -> None:
+    """Write the file that a mesh came from, with its coordinates or other ones.
+
+    The original file is the template: only the coordinates of nodes that moved change, and
+    without a change the file has the same bytes. A path with the suffix of another format
+    gets a new file instead, and a `MeshWarning` says what it loses (see `losses`).
+
+    Parameters
+    ----------
+    mesh : Mesh
+        As read by `read_mesh`.
+    path : path-like
+        Where to write; an existing file is replaced atomically.
+    points : array_like, optional
+        (n, 3) coordinates; by default those of `mesh`.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be written or the coordinates do not fit the format.
+    """
+    target = Path(path)
+    if points is not None:
+        mesh = mesh.with_points(points)
+    if mesh.template is not None and _same_format(mesh, target):
+        mesh.template.write(target, mesh.points)
+        return
+    _new_format(target)(mesh, target)
+    for loss in losses(mesh, target):
+        warnings.warn(f"{target.name}: {loss}", MeshWarning, stacklevel=2)
+
+
+def losses(mesh: Mesh, path: str | os.PathLike[str]) -> list[str]:
+    """List what is lost when a mesh is written to that path; empty if it is the mesh's own format.
+
+    Examples
+    --------
+    >>> losses(Mesh([[0, 0, 0]], {"vertex": [[0]]}), "a.su2")
+    ['a new file is made: comments, numbering and settings of the original are lost']
+    """
+    target = Path(path)
+    if mesh.template is not None and _same_format(mesh, target):
+        return []
+    found = ["a new file is made: comments, numbering and settings of the original are lost"]
+    row = next((row for row in candidates(target) if row.new), None)
+    name = row.name if row else ""
+    volume = sum(n for kind, n in mesh.counts.items() if dimension(kind) == 3)
+    if name in SURFACES and volume:
+        found.append(f"only the surface is written, {volume} volume cells are lost")
+    if name == "stl":
+        found.append("coordinates are rounded to single precision (float32)")
+    kept = mesh.boundaries if name == "su2" else []
+    gone = [marker for marker in mesh.markers if marker not in kept]
+    if gone:
+        found.append(f"these markers are lost: {', '.join(gone)}")
+    return found
+
+
+def _same_format(mesh: Mesh, target: Path) -> bool:
+    if mesh.format == "openfoam" and (target.is_dir() or not candidates(target)):
+        return True
+    if mesh.path is not None and suffix_of(mesh.path) == suffix_of(target):
+        return True
+    if mesh.format == "ugrid":  # its suffix tells byte order and type
+        return False
+    return any(row.name == mesh.format for row in candidates(target))
+
+
+def _new_format(target: Path) -> Callable[[Mesh, Path], None]:
+    for row in candidates(target):
+        if row.new:
+            write: Callable[[Mesh, Path], None] = row.load(row.new).write_new
+            return write
+    known = ", ".join(row.suffixes[0] for row in FORMATS if row.new)
+    raise InputError(
+        f"{target}: a mesh of another format can be written as {known}, not {target.suffix!r}"
+    )
