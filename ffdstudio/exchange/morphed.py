@@ -1,0 +1,51 @@
+"""Writing a morphed mesh whose file also holds FFD boxes: the boxes follow the shape.
+
+Left as they were, SU2_DEF would move the shape back to them.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+
+from ffdstudio.engine import Lattice
+from ffdstudio.engine.knots import Array
+from ffdstudio.exchange import su2
+from ffdstudio.meshes import Mesh, write_mesh
+from ffdstudio.meshes.formats.su2 import ffd_section, replace_ffd_section
+
+BOXES = ("update", "strip", "keep")
+
+
+def write_morphed(
+    mesh: Mesh,
+    path: str | os.PathLike[str],
+    points: Array,
+    motions: Sequence[tuple[Lattice, Lattice]],
+    boxes: str = "update",
+) -> None:
+    """Write a mesh with deformed points, as `write_mesh` does, and see to the boxes in its file.
+
+    Parameters
+    ----------
+    mesh : Mesh
+        The mesh before.
+    path : path-like
+        Where to write; an existing file is replaced atomically.
+    points : numpy.ndarray
+        (n, 3) its nodes after.
+    motions : sequence of (Lattice, Lattice)
+        What moved them, in order: lattices at rest and deformed.
+    boxes : {"update", "strip", "keep"}
+        FFD boxes inside an SU2 file follow the shape, are dropped, or stay with a warning.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be written or the points do not fit its format.
+    """
+    section = ffd_section(mesh)
+    if section is not None and boxes != "keep":
+        new = None if boxes == "strip" else su2.follow(section, mesh, points, motions)
+        mesh = replace_ffd_section(mesh, new)
+    write_mesh(mesh, path, points)

@@ -1,0 +1,138 @@
+"""Our own lattice file ``*.lattice.json``: versioned, one control point a line, bit for bit.
+
+Python writes the shortest decimal that reads back as the same double, and so do we; the
+last index runs fastest.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ffdstudio.engine import Lattice
+from ffdstudio.errors import InputError
+from ffdstudio.exchange.latticefile import Exactness, LatticeFile
+from ffdstudio.exchange.strictjson import check_version, field, loads
+from ffdstudio.exchange.text import chosen, naming
+from ffdstudio.files import write_bytes
+
+NAME, VERSION = "ffdstudio-lattice", 1
+_KEYS = ["format", "version", "units", "shape", "degrees", "frame", "frozen_layers", "knots"]
+_KEYS += ["rest", "current"]
+
+
+def recognises(data: bytes) -> bool:
+    """Whether the file says that it is ours."""
+    return NAME.encode() in data[:1000]
+
+
+def read(data: bytes, name: str, block: int | str | None = None) -> LatticeFile:
+    """Read our lattice file; raises `InputError` with one sentence on anything unexpected."""
+    chosen(("0",), block, name, "lattice")
+    values = loads(data, name)
+    _check_head(values, name)
+    shape = _integers(values, "shape", name)
+    degrees = _integers(values, "degrees", name)
+    if not 1 <= len(shape) <= 3 or len(degrees) != len(shape):
+        raise InputError(f'{name}: "shape" and "degrees" need 1 to 3 numbers each, equally many')
+    with naming(name):
+        rest, current = (_lattice(values, key, shape, degrees, name) for key in ("rest", "current"))
+        frozen = field(values, "frozen_layers", int, name)
+        return LatticeFile(rest, current, frozen, field(values, "units", str, name), format=NAME)
+
+
+def write(path: Path, content: LatticeFile) -> Exactness:
+    """Write our lattice file."""
+    write_bytes(path, encode(content))
+    return Exactness()
+
+
+def encode(content: LatticeFile) -> bytes:
+    """Return the file's bytes."""
+    rest = content.rest
+    head: dict[str, Any] = {
+        "format": NAME,
+        "version": VERSION,
+        "units": content.units,
+        "shape": list(rest.shape),
+        "degrees": list(rest.degrees),
+        "frame": rest.axes.tolist(),
+        "frozen_layers": content.frozen,
+    }
+    lines = [f"  {json.dumps(key)}: {json.dumps(value)}," for key, value in head.items()]
+    lines += ['  "knots": [', *_rows(u.tolist() for u in rest.knots), "  ],"]
+    lines += [*_net("rest", rest), "  },", *_net("current", content.current), "  }"]
+    return "\n".join(["{", *lines, "}", ""]).encode()
+
+
+def _net(key: str, lattice: Lattice) -> list[str]:
+    points = lattice.control_points.reshape(-1, 3).tolist()
+    weights = lattice.weights.reshape(-1, lattice.shape[-1]).tolist()
+    return [
+        f'  "{key}": {{',
+        '    "control_points": [',
+        *_rows(points, "      "),
+        "    ],",
+        '    "weights": [',
+        *_rows(weights, "      "),
+        "    ]",
+    ]
+
+
+def _rows(rows: Iterable[list[float]], indent: str = "    ") -> list[str]:
+    texts = [indent + json.dumps(row, allow_nan=False) + "," for row in rows]
+    return [*texts[:-1], texts[-1][:-1]]
+
+
+def _check_head(values: dict[str, Any], name: str) -> None:
+    if values.get("format") != NAME:
+        raise InputError(f'{name}: no lattice file of ours ("format" is not "{NAME}")')
+    check_version(values, "version", VERSION, name)
+    for key in values:
+        if key not in _KEYS:
+            raise InputError(f'{name}: the key "{key}" is unknown in version {VERSION}')
+
+
+def _integers(values: dict[str, Any], key: str, name: str) -> list[int]:
+    numbers = field(values, key, list, name)
+    if not all(type(n) is int for n in numbers):
+        raise InputError(f'{name}: "{key}" must hold whole numbers')
+    return numbers
+
+
+def _lattice(
+    values: dict[str, Any], key: str, shape: list[int], degrees: list[int], name: str
+) -> Lattice:
+    net = field(values, key, dict, name)
+    count = int(np.prod(shape, dtype=object))
+    points = _table(net, "control_points", (count, 3), f"{name}: {key}")
+    weights = _table(net, "weights", (count // max(shape[-1], 1), shape[-1]), f"{name}: {key}")
+    knots = [_vector(u, f"{name}: knots") for u in field(values, "knots", list, name)]
+    frame = _table(values, "frame", (len(shape), 3), name)
+    return Lattice(degrees, knots, points.reshape(*shape, 3), weights.reshape(shape), frame)
+
+
+def _table(values: dict[str, Any], key: str, shape: tuple[int, int], name: str) -> np.ndarray:
+    rows = field(values, key, list, name)
+    if len(rows) != shape[0]:
+        raise InputError(f'{name}: "{key}" must have {shape[0]} rows, got {len(rows)}')
+    table = [_vector(row, f'{name}: "{key}" row {i}') for i, row in enumerate(rows)]
+    for i, row in enumerate(table):
+        if len(row) != shape[1]:
+            raise InputError(
+                f'{name}: "{key}" row {i} must have {shape[1]} numbers, got {len(row)}'
+            )
+    return np.array(table, dtype=np.float64)
+
+
+def _vector(values: object, what: str) -> list[float]:
+    if not isinstance(values, list) or not all(type(x) in (int, float) for x in values):
+        raise InputError(f"{what}: must be a list of numbers")
+    try:
+        return [float(x) for x in values]
+    except OverflowError:
+        raise InputError(f"{what}: holds a number that is too large") from None

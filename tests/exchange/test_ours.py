@@ -1,0 +1,162 @@
+"""Our own lattice file: every bit survives, everything unexpected is one sentence."""
+
+import json
+import re
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from ffdstudio import InputError, Lattice, read_lattice, write_lattice
+from ffdstudio.exchange import read_lattice_file
+
+AWKWARD = [0.1, 1 / 3, 5e-324, 1.7976931348623157e308, -0.0, 2.0**-1074 * 3, 123456789.123456789]
+
+
+def example(shape=(4, 3, 2)):
+    rng = np.random.default_rng(7)
+    rest = Lattice.box([-1, 0, 2], [3, 1, 2.5], shape=shape)
+    points = rest.control_points + 0.01 * rng.standard_normal(rest.control_points.shape)
+    return rest, rest.moved(points, 0.5 + rng.random(rest.shape))
+
+
+@pytest.mark.parametrize("shape", [(4, 3, 2), (4, 3), (5,)])
+def test_every_bit_survives(tmp_path, shape):
+    rest, current = example(shape)
+    path = tmp_path / "a.lattice.json"
+    assert write_lattice(path, rest, current, frozen=1, units="mm").exact
+    found = read_lattice_file(path)
+    assert (found.rest, found.current) == (rest, current)
+    assert (found.frozen, found.units) == (1, "mm")
+
+
+@given(st.lists(st.floats(allow_nan=False, allow_infinity=False), min_size=24, max_size=24))
+@settings(max_examples=50, deadline=None)
+def test_any_finite_double_comes_back_with_its_bits(tmp_path_factory, numbers):
+    rest = Lattice.box([0, 0, 0], [1, 1, 1], shape=(2, 2, 2))
+    numbers[: len(AWKWARD)] = AWKWARD
+    current = rest.moved(np.array(numbers).reshape(2, 2, 2, 3))
+    path = tmp_path_factory.mktemp("bits") / "a.lattice.json"
+    write_lattice(path, rest, current)
+    back = read_lattice(path)[1].control_points
+    assert np.array_equal(back.view(np.int64), current.control_points.view(np.int64))
+
+
+def test_one_moved_control_point_changes_one_line(tmp_path):
+    rest = Lattice.box([0, 0, 0], [1, 1, 1], shape=(4, 3, 2))
+    points = rest.control_points.copy()
+    write_lattice(tmp_path / "a.lattice.json", rest)
+    points[1, 2, 0] += 0.25
+    write_lattice(tmp_path / "b.lattice.json", rest, rest.moved(points))
+    texts = [(tmp_path / f"{name}.lattice.json").read_text().splitlines() for name in "ab"]
+    assert sum(a != b for a, b in zip(*texts, strict=True)) == 1
+
+
+def test_reading_gives_exactly_two_lattices(tmp_path):
+    rest, current = example()
+    write_lattice(tmp_path / "a.lattice.json", rest, current)
+    assert len(read_lattice(tmp_path / "a.lattice.json")) == 2
+
+
+def edit(key, value):
+    def change(data):
+        data[key] = value
+
+    return change
+
+
+def edit_rest(key, value):
+    def change(data):
+        data["rest"][key] = value
+
+    return change
+
+
+def edit_point(value):
+    def change(data):
+        data["current"]["control_points"][3][1] = value
+
+    return change
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (edit("version", 2), "newer FFD Studio"),
+        (edit("version", 0), "no version 0"),
+        (edit("version", "1"), '"version" must be a whole number'),
+        (edit("version", True), '"version" must be a whole number'),
+        (edit("format", "other"), "no lattice file of ours"),
+        (edit("degrees", [3, 2]), "equally many"),
+        (edit("degrees", [3, 2.0, 1]), "whole numbers"),
+        (edit("degrees", [4, 2, 1]), "degree 4"),
+        (edit("degrees", [0, 2, 1]), "degree 0"),
+        (edit("shape", [4, 3, 3]), "36 rows"),
+        (edit("shape", [10**9, 10**9, 10**9]), "rows"),
+        (edit("shape", [-4, 3, -2]), "must have"),
+        (edit("shape", []), "1 to 3 numbers"),
+        (edit("frame", [[1, 0, 0], [1, 0, 0], [0, 0, 1]]), "right angles"),
+        (edit("knots", [[0, 1], [0, 1], [0, 1]]), "knots"),
+        (edit("knots", [[0, "a"], [0, 1], [0, 1]]), "list of numbers"),
+        (edit("knots", 3), "must be a list"),
+        (edit("frozen_layers", -1), "-1 frozen layers"),
+        (edit("frozen_layers", 1.5), "whole number"),
+        (edit("units", None), '"units" must be a text'),
+        (edit("surplus", 1), '"surplus" is unknown'),
+        (edit("rest", []), '"rest" must be an object'),
+        (edit_rest("weights", [[1, 1]] * 11), "12 rows"),
+        (edit_rest("weights", [[1, 0]] * 12), "positive"),
+        (edit_rest("control_points", [[0, 0]] * 24), "3 numbers"),
+        (edit_point("1.0"), "numbers"),
+        (edit_point(True), "numbers"),
+        (edit_point(None), "numbers"),
+        (edit_point(10**400), "too large"),
+    ],
+)
+def test_what_is_wrong_is_said_in_one_sentence(tmp_path, change, words):
+    path = tmp_path / "a.lattice.json"
+    write_lattice(path, *example())
+    data = json.loads(path.read_text())
+    change(data)
+    path.write_text(json.dumps(data))
+    with pytest.raises(InputError, match=re.escape(words)) as error:
+        read_lattice(path)
+    assert str(error.value).startswith(str(path))
+    assert "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ('"version": 1', '"version": NaN', "NaN"),
+        ("[-1.0,", "[Infinity,", "Infinity"),
+        ("[-1.0,", "[1e999,", "1e999"),
+        ('"version": 1,', '"version": 1, "version": 1,', '"version" occurs twice'),
+        ("{", "[{", "JSON"),
+        ('"units": ""', '"units": "' + "[" * 200_000, "JSON"),
+    ],
+)
+def test_json_that_readers_would_not_agree_about_is_refused(tmp_path, old, new, words):
+    path = tmp_path / "a.lattice.json"
+    write_lattice(path, *example())
+    path.write_text(path.read_text().replace(old, new, 1))
+    with pytest.raises(InputError, match=re.escape(words)):
+        read_lattice(path)
+
+
+def test_every_truncation_is_refused(tmp_path):
+    path = tmp_path / "a.lattice.json"
+    write_lattice(path, *example((2, 2)))
+    whole = path.read_bytes()
+    for length in range(0, len(whole) - 2, 7):
+        path.write_bytes(whole[:length])
+        with pytest.raises(InputError):
+            read_lattice(path)
+
+
+def test_deep_nesting_is_refused(tmp_path):
+    path = tmp_path / "a.lattice.json"
+    path.write_text('{"format": ' + "[" * 100_000 + "]" * 100_000 + "}")
+    with pytest.raises(InputError, match="nested"):
+        read_lattice(path)
