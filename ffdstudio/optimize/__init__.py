@@ -1,0 +1,5 @@
+"""Objectives, variables, methods, adaptive refinement and recorded studies; no window needed."""
+
+from ffdstudio.optimize.fitting import FitResult, fit
+
+__all__ = ["FitResult", "fit"]

@@ -1,0 +1,86 @@
+"""Gradient methods: limited-memory BFGS and conjugate gradients."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ffdstudio.optimize.methods.line_search import search
+from ffdstudio.optimize.methods.problem import Array, Memory, Problem, Trial
+
+DEPTH = 40  # pairs
+STILL = 1e-9  # an iteration that gains less, relative to the cost, is the last
+
+
+def lbfgs(problem: Problem, z: Array, memory: Memory) -> None:
+    """L-BFGS (Nocedal 1980; Nocedal and Wright, algorithm 7.4), from whatever memory there is."""
+    here = problem.gradient(z)
+    while True:
+        direction = -_times_inverse(here.slope, memory)
+        if not direction @ here.slope < 0:
+            memory.pairs.clear()
+            direction = -here.slope
+        first = 1.0 if memory.pairs else min(1.0, problem.longest(direction))
+        found = search(problem, here, direction, first)
+        if found is None and memory.pairs:
+            memory.pairs.clear()
+            continue
+        if found is None:
+            return
+        _remember(memory, here, found)
+        gained, here = here.value - found.value, found
+        problem.report(here)
+        if gained <= STILL * abs(here.value):
+            return
+
+
+def _times_inverse(gradient: Array, memory: Memory) -> Array:
+    """Two loops over the pairs: the inverse Hessian's estimate times the gradient."""
+    q, shares = gradient.copy(), []
+    for s, y, _ in reversed(memory.pairs):
+        share = (s @ q) / (s @ y)
+        shares.append(share)
+        q -= share * y
+    if memory.pairs:
+        s, y, _ = memory.pairs[-1]
+        q *= (s @ y) / (y @ y)
+    for (s, y, _), share in zip(memory.pairs, reversed(shares), strict=True):
+        q += (share - (y @ q) / (s @ y)) * s
+    return q
+
+
+def _remember(memory: Memory, old: Trial, new: Trial) -> None:
+    s, y = new.z - old.z, new.slope - old.slope
+    if s @ y > 1e-10 * np.linalg.norm(s) * np.linalg.norm(y):
+        surface = None
+        if new.surface is not None and old.surface is not None:
+            surface = new.surface - old.surface
+        memory.pairs.append((s, y, surface))
+        del memory.pairs[:-DEPTH]
+
+
+def conjugate_gradients(problem: Problem, z: Array, memory: Memory) -> None:
+    """Non-linear conjugate gradients (Polak and Ribiere, restarted when beta < 0)."""
+    here = problem.gradient(z)
+    direction, step = -here.slope, 0.0
+    while True:
+        first = step or min(1.0, problem.longest(direction))
+        found = search(problem, here, direction, first, curvature=0.1)
+        if found is None and not np.array_equal(direction, -here.slope):
+            direction, step = -here.slope, 0.0
+            continue
+        if found is None:
+            return
+        taken = np.linalg.norm(found.z - here.z) / np.linalg.norm(direction)
+        gained, change = here.value - found.value, found.slope - here.slope
+        beta = max(0.0, float(found.slope @ change) / float(here.slope @ here.slope))
+        following = -found.slope + beta * direction
+        slope = float(here.slope @ direction)
+        here = found
+        problem.report(here)
+        if gained <= STILL * abs(here.value):
+            return
+        if not following @ here.slope < 0:
+            following = -here.slope
+        # the next step is expected to lower the cost as the last one did
+        step = float(taken) * slope / float(here.slope @ following)
+        direction = following

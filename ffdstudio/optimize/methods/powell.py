@@ -1,0 +1,100 @@
+"""Conjugate directions (Powell 1964), the method of the paper: no gradients.
+
+1. The first directions are the variables themselves. With metric-orthonormal variables they are
+   nearly conjugate from the start.
+2. Each direction remembers its curvature. With it, one trial gives the slope, and one more the
+   value at the least point of the parabola: two evaluations a line instead of three or more.
+3. After a round the total step replaces the direction of the largest decrease, by Powell's
+   criterion that keeps the set from becoming dependent (Brent 1973, chapter 7).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ffdstudio.optimize.methods.problem import Array, Memory, Problem, Trial
+
+
+def conjugate_directions(problem: Problem, z: Array, memory: Memory) -> None:
+    """Minimise by lines along a set of directions that becomes conjugate."""
+    here = problem.value(z)
+    if memory.directions is None or memory.curvatures is None:
+        memory.directions, memory.curvatures = np.eye(problem.size), np.zeros(problem.size)
+    directions, curvatures = memory.directions, memory.curvatures
+    while True:
+        start, largest, which = here, 0.0, 0
+        for k in range(problem.size):
+            before = here.value
+            here, curvatures[k] = least_on_line(problem, here, directions[k], curvatures[k])
+            if before - here.value > largest:
+                largest, which = before - here.value, k
+        if start.value - here.value <= 1e-8 * abs(start.value):
+            return
+        here = _extend(problem, start, here, largest, which, directions, curvatures)
+        problem.report(here)
+
+
+def _extend(
+    problem: Problem,
+    start: Trial,
+    here: Trial,
+    largest: float,
+    which: int,
+    directions: Array,
+    curvatures: Array,
+) -> Trial:
+    """Try the total step of a round as a direction."""
+    total = here.z - start.z
+    length = float(np.linalg.norm(total))
+    beyond = problem.value(here.z + total)
+    if beyond.value >= start.value:
+        return here
+    fall = start.value - here.value - largest
+    bend = start.value - 2 * here.value + beyond.value
+    if 2 * bend * fall**2 >= largest * (start.value - beyond.value) ** 2:
+        return beyond if beyond.value < here.value else here
+    here, curvature = least_on_line(problem, here, total / length, bend / length**2)
+    directions[which], directions[-1] = directions[-1].copy(), total / length
+    curvatures[which], curvatures[-1] = curvatures[-1], curvature
+    return here
+
+
+def least_on_line(
+    problem: Problem, here: Trial, direction: Array, curvature: float
+) -> tuple[Trial, float]:
+    """Least point along a direction by parabolas; also the curvature that was found."""
+    step = _first_step(problem, here, direction, curvature)
+    first = problem.value(here.z + step * direction)
+    known = [(0.0, here), (step, first)]
+    if curvature <= 0:
+        t = 2 * step if first.value < here.value else -step
+        known.append((t, problem.value(here.z + t * direction)))
+        curvature = _curvature(known)
+    best = min((trial for _, trial in known), key=lambda trial: trial.value)
+    if curvature <= 0:
+        return best, 0.0
+    slope = (first.value - here.value) / step - 0.5 * curvature * step
+    fall = 0.5 * slope**2 / curvature
+    if best.value - (here.value - fall) <= 1e-3 * fall:
+        return best, curvature  # not worth another evaluation
+    least = -slope / curvature
+    trial = problem.value(here.z + least * direction)
+    if abs(trial.value - (here.value - fall)) > 0.1 * fall:  # the parabola was wrong
+        better = _curvature([(0.0, here), (step, first), (least, trial)])
+        curvature = better if better > 0 else curvature
+    return min(best, trial, key=lambda trial: trial.value), curvature
+
+
+def _curvature(known: list[tuple[float, Trial]]) -> float:
+    """Second derivative of the parabola through three points, the first at 0."""
+    (_, start), (a, at_a), (b, at_b) = known
+    slopes = (at_a.value - start.value) / a, (at_b.value - start.value) / b
+    return 2 * (slopes[1] - slopes[0]) / (b - a) if a != b else 0.0
+
+
+def _first_step(problem: Problem, here: Trial, direction: Array, curvature: float) -> float:
+    """Step that would change the cost by a hundredth, or a small move of the surface."""
+    most = 0.1 * problem.longest(direction)
+    if curvature <= 0:
+        return most
+    return min(most, float(np.sqrt(0.02 * max(here.value, 1e-300) / curvature)))

@@ -1,0 +1,110 @@
+"""What a method sees of a study."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ffdstudio.errors import InputError
+
+Array = NDArray[np.float64]
+
+
+@dataclass
+class Trial:
+    """The cost at variables z.
+
+    `gradient` is by the variables; `surface` is the (n, 3) derivative by the points that a
+    quasi-Newton memory stores, if the objective has one. Residuals have their derivatives by
+    the variables in `jacobian`, and by the points (those coordinates that move) in `by_points`.
+    """
+
+    z: Array
+    value: float
+    gradient: Array | None = None
+    surface: Array | None = None
+    residuals: Array | None = None
+    jacobian: Array | None = None
+    by_points: Any = None
+
+    @property
+    def slope(self) -> Array:
+        """The gradient of a trial that was asked for with one."""
+        assert self.gradient is not None
+        return self.gradient
+
+
+def parts(trial: Trial) -> tuple[Array, Array]:
+    """Residuals of a trial and their derivatives by the variables.
+
+    Raises
+    ------
+    InputError
+        If the objective has none.
+    """
+    if trial.residuals is None or trial.jacobian is None:
+        raise InputError("this method needs an objective with residuals: use lbfgs or slsqp")
+    return trial.residuals, trial.jacobian
+
+
+@dataclass
+class Memory:
+    """Pairs of a quasi-Newton method, and conjugate directions; both outlive a refinement.
+
+    A pair is the step and the differences of the gradient: by the variables, and on the
+    surface, from where they carry over into any finer space exactly. `scale` turns a gradient
+    into a step for methods that begin each level with a unit Hessian.
+    """
+
+    pairs: list[tuple[Array, Array, Array | None]] = field(default_factory=list)
+    directions: Array | None = None
+    curvatures: Array | None = None
+    scale: float | None = None
+
+
+class Problem(Protocol):
+    """Variables and a cost; constraints are the matter of `slsqp` alone."""
+
+    @property
+    def size(self) -> int:
+        """Number of variables."""
+        ...
+
+    def value(self, z: Array) -> Trial:
+        """Cost alone."""
+        ...
+
+    def gradient(self, z: Array) -> Trial:
+        """Cost and gradient."""
+        ...
+
+    def residuals(self, z: Array) -> Trial:
+        """Cost with residuals and their derivatives by the variables."""
+        ...
+
+    def longest(self, direction: Array) -> float:
+        """Multiple of a direction that moves the surface as far as a first step may."""
+        ...
+
+    def report(self, trial: Trial) -> None:
+        """Hear of an iterate; may raise to end the method."""
+        ...
+
+
+def carried_directions(memory: Memory, matrix: Array) -> tuple[Array | None, Array | None]:
+    """Conjugate directions in a finer space: first the new ones, then those known.
+
+    In orthonormal variables the complement of the old space is conjugate to it as far as the
+    metric resembles the Hessian; its curvatures are guessed to be the usual one.
+    """
+    if memory.directions is None or memory.curvatures is None:
+        return None, None
+    new = np.linalg.qr(matrix, mode="complete")[0][:, matrix.shape[1] :]
+    known = memory.directions @ matrix.T
+    known /= np.linalg.norm(known, axis=1)[:, None]
+    usual = float(np.median(memory.curvatures))
+    curvatures = np.concatenate([np.full(new.shape[1], usual), memory.curvatures])
+    return np.vstack([new.T, known])[: len(matrix)], curvatures[: len(matrix)]

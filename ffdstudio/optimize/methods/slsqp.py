@@ -1,0 +1,74 @@
+"""Sequential quadratic programming for constrained costs (SciPy's SLSQP, by Kraft 1988).
+
+1. SciPy asks for value, gradient and constraints in separate calls: the problem remembers the
+   last trial, so that each point is evaluated once.
+2. SLSQP begins with a unit Hessian. The cost is scaled so that its first step moves the surface
+   as far as a first step may, and keeps that scale on finer levels: whitened variables have the
+   same curvature there.
+3. Its own test of convergence hopes for more than a cost with a kink can give: it is ended when
+   the cost has stood still for some iterations.
+4. Bounds keep the quadratic programs from proposing shapes that fold over.
+"""
+
+from __future__ import annotations
+
+import contextlib
+from typing import Any
+
+import numpy as np
+
+from ffdstudio.optimize.methods.problem import Array, Memory, Problem
+
+PATIENCE, STILL = 6, 1e-7
+FARTHEST = 5.0  # first moves in each variable
+
+
+class _Still(Exception):
+    """The cost does not change any more."""
+
+
+def slsqp(problem: Problem, z: Array, memory: Memory) -> None:
+    """Minimise under the problem's constraints."""
+    from scipy.optimize import minimize
+
+    start = problem.gradient(z)
+    if memory.scale is None:
+        memory.scale = problem.longest(start.slope)
+    scale = memory.scale
+    reach = [FARTHEST * problem.longest(e) for e in np.eye(problem.size)]
+    seen: list[float] = []
+
+    def report(x: Array) -> None:
+        trial = problem.gradient(np.array(x))
+        problem.report(trial)
+        seen.append(trial.value)
+        last = seen[-PATIENCE:]
+        if len(last) == PATIENCE and max(last) - min(last) <= STILL * abs(trial.value):
+            raise _Still
+
+    solve: Any = minimize  # its stubs know no scaled functions
+    with contextlib.suppress(_Still):
+        solve(
+            lambda x: scale * problem.gradient(x).value,
+            z,
+            jac=lambda x: scale * problem.gradient(x).slope,
+            method="SLSQP",
+            bounds=[(a - r, a + r) for a, r in zip(z, reach, strict=True)],
+            constraints=_constraints(problem),
+            callback=report,
+            options={"maxiter": 500, "ftol": 1e-9 * scale * max(abs(start.value), 1e-12)},
+        )
+
+
+def _constraints(problem: Any) -> list[dict[str, Any]]:
+    parts: list[dict[str, Any]] = []
+    for kind in ("eq", "ineq"):
+        if problem.constraint_count(kind):
+            parts.append(
+                {
+                    "type": kind,
+                    "fun": lambda x, k=kind: problem.constraints(x, k)[0],
+                    "jac": lambda x, k=kind: problem.constraints(x, k)[1],
+                }
+            )
+    return parts

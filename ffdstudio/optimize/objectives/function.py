@@ -1,0 +1,96 @@
+"""A Python function as an objective."""
+
+from __future__ import annotations
+
+import importlib
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from ffdstudio.errors import InputError
+from ffdstudio.optimize.objectives.base import Array, Evaluation
+from ffdstudio.optimize.objectives.remembered import EvaluationError
+
+
+class PythonFunction:
+    """A function of the (n, 3) points.
+
+    Parameters
+    ----------
+    function : callable or str
+        Returns the cost, or (cost, (n, 3) gradient). As text "module:function", which lets
+        finite differences run in processes of their own.
+    processes : int
+        Processes for finite differences; 1 stays in this one.
+
+    Examples
+    --------
+    >>> area = PythonFunction(lambda points: float(np.ptp(points[:, 1])))
+    >>> area.evaluate(np.array([[0.0, 1, 0], [0, 3, 0]]), gradient=False).value
+    2.0
+    """
+
+    def __init__(
+        self, function: Callable[[Array], Any] | str, gradient: bool = False, processes: int = 1
+    ) -> None:
+        self.function = named(function) if isinstance(function, str) else function
+        self.name = function if isinstance(function, str) else None
+        self.differentiable, self.processes = gradient, processes
+        if processes > 1 and self.name is None:
+            raise InputError('several processes need a function by name, as "module:function"')
+
+    def evaluate(self, points: Array, gradient: bool = True) -> Evaluation:
+        """See `Objective`."""
+        return checked(_call(self.function, points), points, self.differentiable)
+
+    def evaluate_all(self, shapes: list[Array]) -> list[Evaluation]:
+        """Evaluate several shapes, in spawned processes if there are to be several."""
+        if self.processes == 1 or len(shapes) < 2:
+            return [self.evaluate(points, False) for points in shapes]
+        from concurrent.futures import ProcessPoolExecutor
+        from multiprocessing import get_context
+
+        with ProcessPoolExecutor(self.processes, mp_context=get_context("spawn")) as pool:
+            values = list(pool.map(call_named, [str(self.name)] * len(shapes), shapes))
+        return [checked(v, p, self.differentiable) for v, p in zip(values, shapes, strict=True)]
+
+
+def call_named(name: str, points: Array) -> Any:
+    """Call a function by name; what a spawned process does."""
+    return _call(named(name), points)
+
+
+def named(name: str) -> Callable[[Array], Any]:
+    """Function by "module:function"."""
+    module, colon, attribute = name.partition(":")
+    try:
+        function = getattr(importlib.import_module(module), attribute) if colon else None
+    except (ImportError, AttributeError) as error:
+        raise InputError(f"cannot import the function {name}: {error}") from error
+    if not callable(function):
+        raise InputError(f'{name!r} must read "module:function"')
+    return function
+
+
+def _call(function: Callable[[Array], Any], points: Array) -> Any:
+    try:
+        return function(points)
+    except Exception as error:  # somebody else's code: anything may come out of it
+        raise EvaluationError(f"the objective failed, {type(error).__name__}: {error}") from error
+
+
+def checked(result: Any, points: Array, differentiable: bool) -> Evaluation:
+    """Evaluation from what a function returned."""
+    value, gradient = result if isinstance(result, tuple) else (result, None)
+    try:
+        number = float(value)
+        rows = None if gradient is None else np.asarray(gradient, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise EvaluationError(f"the objective returned {value!r}, no number") from error
+    if not math.isfinite(number):
+        raise EvaluationError(f"the objective returned {number}, no finite number")
+    if differentiable and (rows is None or rows.shape != points.shape):
+        raise EvaluationError(f"the objective must return a gradient of shape {points.shape}")
+    return Evaluation(number, rows if differentiable else None, flow=1, adjoint=int(differentiable))

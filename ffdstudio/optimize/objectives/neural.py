@@ -1,0 +1,44 @@
+"""NeuralFoil: viscous coefficients by a neural network; an optional extra."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ffdstudio.errors import InputError
+from ffdstudio.optimize.objectives.base import Array, Evaluation
+
+
+class NeuralFoil:
+    """Drag at a lift, by NeuralFoil (P. Sharpe, MIT, 2023); gradients by finite differences.
+
+    The cost is ``cd + weight * (cl - lift)^2`` at one angle of attack and Reynolds number.
+
+    Raises
+    ------
+    InputError
+        If the package neuralfoil is not installed.
+    """
+
+    differentiable = False
+
+    def __init__(self, angle: float, reynolds: float, lift: float, weight: float = 1.0) -> None:
+        try:
+            import neuralfoil  # type: ignore[import-not-found,unused-ignore]
+        except ImportError as error:
+            raise InputError(
+                "this objective needs the package neuralfoil: pip install neuralfoil"
+            ) from error
+        self.solver: Any = neuralfoil
+        self.angle, self.reynolds, self.lift, self.weight = angle, reynolds, lift, weight
+
+    def evaluate(self, points: Array, gradient: bool = True) -> Evaluation:
+        """See `Objective`."""
+        found = self.solver.get_aero_from_coordinates(
+            coordinates=points[:, :2], alpha=self.angle, Re=self.reynolds
+        )
+        cl, cd = (float(np.ravel(found[name])[0]) for name in ("CL", "CD"))
+        return Evaluation(
+            cd + self.weight * (cl - self.lift) ** 2, flow=1, measures={"cl": cl, "cd": cd}
+        )

@@ -1,0 +1,150 @@
+"""An external program as an objective.
+
+For each evaluation the program is started in a new folder. It finds there
+
+``points.csv``      x,y,z of each point, in the order of the mesh
+``variables.json``  the design variables, and whether a gradient is wanted
+``mesh.*``          the morphed mesh in its own format, if the study has one
+
+and leaves ``result.json``: ``{"value": 1.5, "measures": {"cl": 0.4}}``, and, if it can,
+``sensitivity.csv`` with d value / d x,y,z of each point. Its output is kept in ``output.txt``.
+A program that fails, hangs or leaves nonsense ends the study with the reason; nothing is lost.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import subprocess
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ffdstudio.errors import InputError
+from ffdstudio.files import read_bytes, write_bytes
+from ffdstudio.optimize.objectives.base import Array, Evaluation
+from ffdstudio.optimize.objectives.remembered import EvaluationError
+
+
+class ExternalProgram:
+    """Any executable.
+
+    Parameters
+    ----------
+    command : sequence of str
+        Program and arguments; started without a shell.
+    folder : path
+        Where the folders of the evaluations go.
+    mesh : Mesh, optional
+        Written morphed into each folder; its points are the study's.
+    sensitivity : bool
+        Whether the program writes ``sensitivity.csv``; else finite differences take its place.
+    time_limit : float
+        Seconds.
+    processes : int
+        Programs at the same time, for finite differences.
+    """
+
+    def __init__(
+        self,
+        command: Sequence[str],
+        folder: str | Path,
+        mesh: Any = None,
+        sensitivity: bool = False,
+        time_limit: float = 3600.0,
+        processes: int = 1,
+    ) -> None:
+        if not command:
+            raise InputError("the external program has no command")
+        self.command, self.folder, self.mesh = list(command), Path(folder), mesh
+        self.differentiable, self.time_limit, self.processes = sensitivity, time_limit, processes
+        self.variables: list[float] = []
+        self._number = 0
+
+    def evaluate(self, points: Array, gradient: bool = True) -> Evaluation:
+        """See `Objective`."""
+        place = self._prepare(points, gradient and self.differentiable)
+        return self._run(place, len(points), gradient and self.differentiable)
+
+    def evaluate_all(self, shapes: list[Array]) -> list[Evaluation]:
+        """Evaluate several shapes, as many at the same time as `processes` says."""
+        places = [self._prepare(points, False) for points in shapes]
+        with ThreadPoolExecutor(max(1, self.processes)) as pool:
+            return list(pool.map(lambda pair: self._run(pair[0], len(pair[1]), False),
+                                 zip(places, shapes, strict=True)))  # fmt: skip
+
+    def _prepare(self, points: Array, gradient: bool) -> Path:
+        place = self._new_folder()
+        lines = [",".join(map(repr, row)) for row in points.tolist()]
+        write_bytes(place / "points.csv", ("\n".join(lines) + "\n").encode())
+        said = {"variables": self.variables, "gradient": gradient}
+        write_bytes(place / "variables.json", json.dumps(said).encode())
+        if self.mesh is not None:
+            from ffdstudio.meshes import write_mesh
+
+            suffix = Path(self.mesh.path).suffix if self.mesh.path else ".vtu"
+            write_mesh(self.mesh, place / f"mesh{suffix}", points)
+        return place
+
+    def _new_folder(self) -> Path:
+        while True:
+            self._number += 1
+            place = self.folder / f"{self._number:06d}"
+            try:
+                place.mkdir(parents=True)
+                return place
+            except FileExistsError:
+                continue  # of an earlier run of the study
+            except OSError as error:
+                raise InputError(f"cannot make the folder {place}: {error.strerror}") from error
+
+    def _run(self, place: Path, count: int, gradient: bool) -> Evaluation:
+        try:
+            with (place / "output.txt").open("wb") as output:
+                done = subprocess.run(
+                    self.command, cwd=place, stdin=subprocess.DEVNULL, stdout=output,
+                    stderr=subprocess.STDOUT, timeout=self.time_limit, check=False,
+                )  # fmt: skip
+        except subprocess.TimeoutExpired as error:
+            limit = f"{self.time_limit:g} s"
+            raise EvaluationError(f"{self.command[0]} took more than {limit} in {place}") from error
+        except OSError as error:
+            cause = (error.strerror or str(error)).lower()
+            raise EvaluationError(f"cannot start {self.command[0]}: {cause}") from error
+        if done.returncode != 0:
+            raise EvaluationError(
+                f"{self.command[0]} ended with status {done.returncode} in {place}: "
+                f"{_last_line(place / 'output.txt')}"
+            )
+        return self._result(place, count, gradient)
+
+    def _result(self, place: Path, count: int, gradient: bool) -> Evaluation:
+        path = place / "result.json"
+        try:
+            result = json.loads(read_bytes(path))
+            value = float(result["value"])
+            measures = {str(k): float(v) for k, v in result.get("measures", {}).items()}
+        except (ValueError, TypeError, KeyError, AttributeError) as error:
+            raise EvaluationError(f"{path} does not hold a value: {error}") from error
+        if not math.isfinite(value):
+            raise EvaluationError(f"{path} holds the value {value}, no finite number")
+        rows = _sensitivity(place / "sensitivity.csv", count) if gradient else None
+        return Evaluation(value, rows, flow=1, adjoint=int(gradient), measures=measures)
+
+
+def _sensitivity(path: Path, count: int) -> Array:
+    try:
+        rows = np.loadtxt(read_bytes(path).decode().splitlines(), delimiter=",", ndmin=2)
+    except ValueError as error:
+        raise EvaluationError(f"{path} is no table of numbers: {error}") from error
+    if rows.shape != (count, 3) or not np.isfinite(rows).all():
+        raise EvaluationError(f"{path} must hold {count} rows of three finite numbers")
+    return rows
+
+
+def _last_line(path: Path) -> str:
+    lines = read_bytes(path).decode(errors="replace").split("\n")
+    return next((line.strip() for line in reversed(lines) if line.strip()), "it printed nothing")

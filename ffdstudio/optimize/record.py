@@ -1,0 +1,219 @@
+"""The record of a study: one line of JSON for each evaluation, iterate and refinement.
+
+1. Lines are only ever appended, so another process can follow a study while it runs, and a
+   killed one has lost at most its last, unfinished line.
+2. A study is deterministic. It resumes by running again: as long as it does what the log says,
+   nothing is written; expensive objectives answer from their own memory on the disk.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any, BinaryIO
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ffdstudio.engine import Lattice
+from ffdstudio.errors import InputError
+from ffdstudio.files import read_bytes, write_bytes
+
+Array = NDArray[np.float64]
+LOG = "log.jsonl"
+
+
+@dataclass
+class Record:
+    """One line.
+
+    Attributes
+    ----------
+    kind : {"evaluation", "iterate", "refinement", "end"}
+    evaluation, flow, adjoint : int
+        Evaluations of the cost so far, and solves that they took.
+    iteration, level, variables : int
+        Iterates and refinements so far, and the number of design variables.
+    cost, gradient : float
+        The cost and the norm of its gradient by the whitened variables (NaN if not asked for).
+    seconds : float
+        Wall time since the study began.
+    y : list of float
+        Design variables of the level.
+    measures : dict
+        Further figures: rms, max_error, lift, violations of constraints, ...
+    lattice : dict, optional
+        Of iterates and refinements: knots, control points, weights.
+    note : str
+        What was inserted, or why the study ended.
+    """
+
+    kind: str
+    evaluation: int
+    iteration: int
+    level: int
+    variables: int
+    cost: float
+    gradient: float = math.nan
+    flow: int = 0
+    adjoint: int = 0
+    seconds: float = 0.0
+    y: list[float] = field(default_factory=list)
+    measures: dict[str, float] = field(default_factory=dict)
+    lattice: dict[str, Any] | None = None
+    note: str = ""
+
+    def same(self, other: Record) -> bool:
+        """Whether both tell of the same step, whenever it was made."""
+        mine, its = self.line(), other.line()
+        return {**mine, "seconds": 0} == {**its, "seconds": 0}
+
+    def line(self) -> dict[str, Any]:
+        """What is written."""
+        fields = {k: v for k, v in asdict(self).items() if v not in (None, "", [], {})}
+        if math.isnan(self.gradient):
+            del fields["gradient"]
+        return fields
+
+
+class History:
+    """Records of a study, with the lattices of its iterates."""
+
+    def __init__(self, records: list[Record] | None = None) -> None:
+        self.records = records if records is not None else []
+
+    @property
+    def iterates(self) -> list[Record]:
+        """Records of iterates, in order."""
+        return [r for r in self.records if r.kind == "iterate"]
+
+    @property
+    def refinements(self) -> list[Record]:
+        """Records of refinements, in order."""
+        return [r for r in self.records if r.kind == "refinement"]
+
+    def lattice(self, number: int) -> Lattice:
+        """Current lattice of an iterate, by its place in `iterates`; -1 is the last."""
+        stored = self.iterates[number].lattice
+        assert stored is not None
+        return unpack(stored)
+
+    def column(self, name: str) -> Array:
+        """A field or a measure over the iterates, NaN where there is none."""
+        return np.array([value_of(r, name) for r in self.iterates], dtype=np.float64)
+
+    def first_below(self, limit: float, name: str = "cost") -> Record | None:
+        """First iterate at which a figure is below a limit."""
+        return next((r for r in self.iterates if value_of(r, name) <= limit), None)
+
+
+def value_of(record: Record, name: str) -> float:
+    """A field of a record, or a measure."""
+    return float(record.measures.get(name, getattr(record, name, math.nan)))
+
+
+def pack(lattice: Lattice) -> dict[str, Any]:
+    """A lattice as plain lists; the shortest decimals that give the same floats."""
+    packed: dict[str, Any] = {
+        "degrees": list(lattice.degrees),
+        "knots": [u.tolist() for u in lattice.knots],
+        "control_points": lattice.control_points.tolist(),
+        "axes": lattice.axes.tolist(),
+    }
+    if not (lattice.weights == 1).all():
+        packed["weights"] = lattice.weights.tolist()
+    return packed
+
+
+def unpack(stored: dict[str, Any]) -> Lattice:
+    """A lattice from plain lists."""
+    return Lattice(**stored)
+
+
+def read_log(folder: str | Path) -> History:
+    """History of a study that has ended, stopped, or is running in another process.
+
+    Raises
+    ------
+    InputError
+        If there is no log or a line is not one of ours.
+    """
+    return History(list(_parsed(Path(folder) / LOG)))
+
+
+def _parsed(path: Path) -> Iterator[Record]:
+    lines = read_bytes(path).split(b"\n")
+    for number, line in enumerate(lines[:-1], start=1):  # the last one is unfinished or empty
+        try:
+            yield Record(**json.loads(line))
+        except (ValueError, TypeError) as error:
+            raise InputError(f"line {number} of {path} is no record of a study") from error
+
+
+class Log:
+    """Appends records to a file, or finds that they are there already."""
+
+    def __init__(self, folder: Path | None, resume: bool) -> None:
+        self.known: list[Record] = []
+        self.position = 0
+        self._file: BinaryIO | None = None
+        self.path = None if folder is None else folder / LOG
+        if self.path is None:
+            return
+        try:
+            self.path.parent.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise InputError(
+                f"cannot make the folder {self.path.parent}: {error.strerror}"
+            ) from error
+        if resume and self.path.exists():
+            self.known = [r for r in _parsed(self.path) if r.kind != "end"]
+        self._rewrite(len(self.known))
+
+    def add(self, record: Record) -> None:
+        """Write a record, unless the log holds it already."""
+        if self.path is None:
+            return
+        if self.position < len(self.known):
+            if self.known[self.position].same(record):
+                record.seconds = self.known[self.position].seconds
+                self.position += 1
+                return
+            self._rewrite(self.position)
+            self.known = []
+        self._append(record)
+
+    @property
+    def elapsed(self) -> float:
+        """Time that earlier runs took."""
+        return self.known[-1].seconds if self.known else 0.0
+
+    def _rewrite(self, count: int) -> None:
+        assert self.path is not None
+        self.close()
+        write_bytes(self.path, b"".join(_bytes(r) for r in self.known[:count]))
+
+    def _append(self, record: Record) -> None:
+        try:
+            if self._file is None:
+                assert self.path is not None
+                self._file = self.path.open("ab")
+            self._file.write(_bytes(record))
+            self._file.flush()
+        except OSError as error:
+            raise InputError(
+                f"cannot write {self.path}: {(error.strerror or '').lower()}"
+            ) from error
+
+    def close(self) -> None:
+        """Close the file; a later record opens it again."""
+        if self._file is not None:
+            self._file.close()
+            self._file = None
+
+
+def _bytes(record: Record) -> bytes:
+    return json.dumps(record.line(), separators=(",", ":")).encode() + b"\n"

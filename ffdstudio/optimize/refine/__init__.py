@@ -1,0 +1,1 @@
+"""Adaptive refinement: where a lattice gains most from a new knot."""

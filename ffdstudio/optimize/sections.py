@@ -1,0 +1,98 @@
+"""Airfoil sections as sources and targets of fits, and how a fit is judged.
+
+1. A fit moves 301 cosine-spaced points; it is judged on 2001 others, never on its own.
+2. A closed trailing edge cannot be opened by a lattice, for both of its points share one
+   parameter: the source is given the target's gap first.
+3. Kulfan's tolerance: 4e-4 of the chord for x < 0.2, 8e-4 aft of it (B. M. Kulfan, Universal
+   Parametric Geometry Representation Method, Journal of Aircraft 45 (1), 2008).
+"""
+
+from __future__ import annotations
+
+import os
+import re
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ffdstudio.meshes.airfoil import naca4, read_airfoil
+from ffdstudio.optimize.contour import Contour, Mask, cosine_abscissae, upper_side
+
+Array = NDArray[np.float64]
+FIT_POINTS, DENSE_POINTS = 301, 2001
+NACA = re.compile(r"(?:naca[ -]?)?\d{4}", re.IGNORECASE)
+
+
+@dataclass(frozen=True)
+class Section:
+    """A section to be deformed.
+
+    Attributes
+    ----------
+    points, dense : numpy.ndarray
+        (301, 3) and (2001, 3) cosine-spaced contours.
+    upper, dense_upper : numpy.ndarray
+        Which of them belong to the upper surface.
+    """
+
+    points: Array
+    dense: Array
+    upper: Mask
+    dense_upper: Mask
+
+    @classmethod
+    def of(
+        cls, source: str | os.PathLike[str] | Array, gap: float = 0.0, count: int = FIT_POINTS
+    ) -> Self:
+        """Section from a file, the name of a NACA four-digit section, or a contour.
+
+        Parameters
+        ----------
+        gap : float
+            Thickness to add at the trailing edge, growing with x.
+        """
+        points, dense = sampled(source, count), sampled(source, DENSE_POINTS)
+        for contour in (points, dense):
+            side = np.where(upper_side(contour), 0.5, -0.5)
+            contour[:, 1] += gap * side * contour[:, 0]
+        return cls(points, dense, upper_side(points), upper_side(dense))
+
+
+def sampled(source: str | os.PathLike[str] | Array, count: int) -> Array:
+    """(count, 3) cosine-spaced contour of a source, chord 1."""
+    if is_naca(source):
+        exact = naca4(str(source), points=count // 2 + 1)
+        if exact[:, 0].min() >= 0 and np.allclose(exact[:, 0], cosine_abscissae(count)[0]):
+            return np.column_stack([exact, np.zeros(count)])
+    return target_contour(source).sample(count)
+
+
+def target_contour(source: str | os.PathLike[str] | Array) -> Contour:
+    """Normalised C2 contour of a file, a NACA section or an array of points."""
+    if isinstance(source, np.ndarray):
+        return Contour(source)
+    return Contour(naca4(str(source), points=201) if is_naca(source) else read_airfoil(source))
+
+
+def is_naca(source: object) -> bool:
+    """Whether a source is the name of a NACA four-digit section."""
+    return isinstance(source, str) and NACA.fullmatch(source.strip()) is not None
+
+
+def trailing_gap(contour: Contour) -> float:
+    """Vertical thickness at the trailing edge."""
+    ends = contour.spline([0.0, contour.length])
+    return float(ends[0, 1] - ends[1, 1])
+
+
+def kulfan_tolerance(x: Array) -> Array:
+    """Tolerance by abscissa, chord 1.
+
+    Examples
+    --------
+    >>> kulfan_tolerance(np.array([0.1, 0.5]))
+    array([0.0004, 0.0008])
+    """
+    return np.where(x < 0.2, 4e-4, 8e-4)

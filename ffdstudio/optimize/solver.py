@@ -1,0 +1,273 @@
+"""The problem that a method sees on one level: trials, counts, budget, constraints."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ffdstudio.optimize.level import Level
+from ffdstudio.optimize.methods.least_squares import largest
+from ffdstudio.optimize.methods.problem import Trial, parts
+from ffdstudio.optimize.objectives.base import Evaluation, TakesVariables
+from ffdstudio.optimize.refine.sensitivity import Adjoint, Differences, Residuals, Sensitivity
+
+if TYPE_CHECKING:
+    from ffdstudio.optimize.study import Task
+
+Array = NDArray[np.float64]
+FIRST_MOVE = 0.02  # of the extent: how far a first step may move the surface
+DIFFERENCE = 1e-5  # of the extent: how far a finite difference moves the surface
+ACTIVE = 1e-6  # slack below which an inequality counts as active
+
+
+class BudgetSpent(Exception):
+    """A limit of the budget is reached; the message names it."""
+
+
+@dataclass(frozen=True)
+class Budget:
+    """Limits of a study.
+
+    Attributes
+    ----------
+    evaluations, iterations : int, optional
+    tolerance : float, optional
+        The study has ended when the cost is at or below it.
+    """
+
+    evaluations: int | None = None
+    iterations: int | None = None
+    tolerance: float | None = None
+
+    def check_iterate(self, iterations: int, cost: float) -> None:
+        """Raise `BudgetSpent` at the limit of iterations or at the tolerance."""
+        if self.tolerance is not None and cost <= self.tolerance:
+            raise BudgetSpent("tolerance reached")
+        if self.iterations is not None and iterations >= self.iterations:
+            raise BudgetSpent("iterations spent")
+
+    def check_evaluation(self, evaluations: int) -> None:
+        """Raise `BudgetSpent` if no further evaluation is allowed."""
+        if self.evaluations is not None and evaluations >= self.evaluations:
+            raise BudgetSpent("evaluations spent")
+
+
+@dataclass
+class Counts:
+    """What has been spent so far."""
+
+    evaluations: int = 0
+    flow: int = 0
+    adjoint: int = 0
+
+
+class LevelProblem:
+    """See `methods.problem.Problem`."""
+
+    def __init__(self, level: Level, task: Task, counts: Counts, name: str) -> None:
+        self.level, self.task, self.counts = level, task, counts
+        self.size = level.size
+        self.constrained, self.largest = name == "slsqp", name == "minimax"
+        self.on_trial: Callable[[Trial], None] = lambda trial: None
+        self.on_report: Callable[[Trial], None] = lambda trial: None
+        self.budget = Budget()
+        self.measures: dict[str, float] = {}
+        self._last: Trial | None = None
+        seen = level.body.embedding.points[level.body.surface.mass > 0]
+        self.extent = float(np.ptp(seen, axis=0).max())
+
+    # ---- trials -----------------------------------------------------------------------------
+
+    def value(self, z: Array) -> Trial:
+        """Cost alone."""
+        if self._last is not None and np.array_equal(self._last.z, z):
+            return self._last
+        return self._evaluated(z, gradient=False)
+
+    def gradient(self, z: Array) -> Trial:
+        """Cost and gradient, by finite differences if the objective has none."""
+        last = self._last
+        if last is not None and last.gradient is not None and np.array_equal(last.z, z):
+            return last
+        if not self.task.objective.differentiable:
+            return self._by_differences(z)
+        return self._evaluated(z, gradient=True)
+
+    def residuals(self, z: Array) -> Trial:
+        """Cost with residuals and their derivatives."""
+        trial = self.gradient(z)
+        parts(trial)
+        return trial
+
+    def start(self, reached: Trial | None) -> Trial:
+        """First trial of a level: the shape that the coarser one reached, not evaluated again."""
+        z = np.zeros(self.size)
+        if reached is None:
+            return self.residuals(z) if self.largest else self.value(z)
+        trial = Trial(z, reached.value, None, reached.surface, reached.residuals)
+        if reached.surface is not None:
+            trial.gradient = self.level.pull(reached.surface)
+        if reached.by_points is not None:
+            trial.by_points = reached.by_points
+            trial.jacobian = trial.by_points @ self.level.shapes
+        self._last = trial
+        return trial
+
+    def longest(self, direction: Array) -> float:
+        """Multiple of a direction that moves no point by more than a fiftieth of the extent."""
+        return FIRST_MOVE * self.extent / float(np.abs(self.level.shapes @ direction).max())
+
+    def report(self, trial: Trial) -> None:
+        """Hear of an iterate."""
+        self.on_report(trial)
+
+    def better(self, trial: Trial, other: Trial) -> bool:
+        """Whether a trial is to be kept: SLSQP's iterates alone tell, for they are feasible."""
+        free = not (self.constrained and self.task.constraints)
+        return free and self.merit(trial) < self.merit(other)
+
+    def merit(self, trial: Trial) -> float:
+        """What the method makes small: the cost, or the largest residual."""
+        return largest(trial) if self.largest else trial.value
+
+    def _evaluated(self, z: Array, gradient: bool) -> Trial:
+        self.budget.check_evaluation(self.counts.evaluations)
+        points, objective = self.level.at(z), self.task.objective
+        if isinstance(objective, TakesVariables):
+            objective.variables = (self.level.white.matrix @ z).tolist()
+        found = objective.evaluate(points, gradient)
+        self._count(found)
+        return self._trial(z, points, found)
+
+    def _count(self, found: Evaluation) -> None:
+        self.counts.evaluations += 1
+        self.counts.flow += found.flow
+        self.counts.adjoint += found.adjoint
+
+    def _trial(self, z: Array, points: Array, found: Evaluation) -> Trial:
+        trial = Trial(np.array(z), found.value)
+        if found.gradient is not None:
+            trial.surface, trial.gradient = found.gradient, self.level.pull(found.gradient, z)
+        if found.residuals is not None and found.sensitivity is not None:
+            trial.residuals = found.residuals
+            trial.by_points = self.level.columns(found.sensitivity)
+            trial.jacobian = trial.by_points @ self.level.shapes_at(z)
+        self._penalise(trial, points)
+        return self._done(trial, found)
+
+    def _done(self, trial: Trial, found: Evaluation) -> Trial:
+        self._last, self.measures = trial, dict(found.measures)
+        for k, constraint in enumerate(self.task.constraints):
+            name = constraint.name or f"constraint {k}"
+            self.measures[f"violation: {name}"] = constraint.violation(self.level.at(trial.z))
+        self.on_trial(trial)
+        return trial
+
+    def _by_differences(self, z: Array) -> Trial:
+        here = self.value(z)
+        steps = np.array([DIFFERENCE / FIRST_MOVE * self.longest(e) for e in np.eye(self.size)])
+        gradient = self._differences(here, self.level.shapes_at(z) * steps) / steps
+        here.gradient = gradient
+        return here
+
+    def _differences(self, here: Trial, fields: Array) -> Array:
+        """Changes of the cost by columns of displacements; all at once, if the objective can."""
+        points = self.level.at(here.z)
+        shifted = []
+        for column in fields.T:
+            moved = points.copy()
+            moved[:, self.level.coordinates] += column.reshape(-1, len(self.level.coordinates))
+            shifted.append(moved)
+        found = evaluate_all(self.task.objective, shifted)
+        for one in found:
+            self.budget.check_evaluation(self.counts.evaluations)
+            self._count(one)
+        values = [one.value + self._penalty(p)[0] for one, p in zip(found, shifted, strict=True)]
+        return np.array(values) - here.value
+
+    # ---- constraints ------------------------------------------------------------------------
+
+    def constraint_count(self, kind: str) -> int:
+        """Number of constraints of a kind."""
+        return sum(c.kind == kind for c in self.task.constraints)
+
+    def constraints(self, z: Array, kind: str) -> tuple[Array, Array]:
+        """Slacks of a kind and their derivatives by the variables."""
+        values, rows = self._slacks(self.level.at(z), kind)
+        return values, self._pulled(rows, z)
+
+    def _slacks(self, points: Array, kind: str) -> tuple[Array, Array]:
+        parts = [c.slack(points) for c in self.task.constraints if c.kind == kind]
+        if not parts:
+            return np.zeros(0), np.zeros((0, points.size))
+        return np.concatenate([p.values for p in parts]), np.vstack([p.derivatives for p in parts])
+
+    def _pulled(self, rows: Array, z: Array) -> Array:
+        by_point = rows.reshape(len(rows), -1, 3)[:, :, self.level.coordinates]
+        return by_point.reshape(len(rows), -1) @ self.level.shapes_at(z)
+
+    def _penalty(self, points: Array) -> tuple[float, Array | None]:
+        if self.constrained or not self.task.constraints:
+            return 0.0, None
+        equal, by_equal = self._slacks(points, "eq")
+        least, by_least = self._slacks(points, "ineq")
+        least = np.minimum(least, 0.0)
+        value = 0.5 * self.task.penalty * float(equal @ equal + least @ least)
+        gradient = self.task.penalty * (equal @ by_equal + least @ by_least)
+        return value, gradient.reshape(-1, 3)
+
+    def _penalise(self, trial: Trial, points: Array) -> None:
+        value, gradient = self._penalty(points)
+        if gradient is None:
+            return
+        trial.value += value
+        trial.residuals = trial.jacobian = trial.by_points = None
+        if trial.surface is not None:
+            trial.surface = trial.surface + gradient
+            trial.gradient = self.level.pull(trial.surface, trial.z)
+
+    # ---- what a refinement wants to know ----------------------------------------------------
+
+    def sensitivity(self, trial: Trial) -> Sensitivity:
+        """Derivatives along surface functions: of the cost, or the Lagrangian if constrained."""
+        if trial.gradient is None:
+            trial = self.gradient(trial.z)
+        if trial.surface is None:
+            return Differences(self.level, lambda functions: self._along(trial, functions))
+        if trial.by_points is not None and self.task.metric != "h1":
+            return Residuals(self.level, parts(trial)[0], trial.by_points)
+        return Adjoint(self.level, trial.surface - self._multiplied(trial))
+
+    def _along(self, here: Trial, functions: Array) -> Array:
+        """Finite differences of the cost along functions on the surface."""
+        size = np.abs(functions).max(axis=0)
+        steps = DIFFERENCE * self.extent / np.where(size > 0, size, 1.0)
+        return self._differences(here, functions * steps) / steps
+
+    def _multiplied(self, trial: Trial) -> Any:
+        """Gradient of the active constraints times their first-order multipliers."""
+        if not (self.constrained and self.task.constraints):
+            return 0.0
+        from scipy.optimize import lsq_linear
+
+        points = self.level.at(trial.z)
+        equal, by_equal = self._slacks(points, "eq")
+        least, by_least = self._slacks(points, "ineq")
+        by_least = by_least[least <= ACTIVE]
+        rows = np.vstack([by_equal, by_least])
+        if not len(rows):
+            return 0.0
+        lower = np.concatenate([np.full(len(equal), -np.inf), np.zeros(len(by_least))])
+        found = lsq_linear(self._pulled(rows, trial.z).T, trial.slope, bounds=(lower, np.inf))
+        return (found.x @ rows).reshape(-1, 3)
+
+
+def evaluate_all(objective: Any, shapes: list[Array]) -> list[Evaluation]:
+    """Evaluate many shapes; at the same time, if the objective offers `evaluate_all`."""
+    if hasattr(objective, "evaluate_all"):
+        return list(objective.evaluate_all(shapes))
+    return [objective.evaluate(points, False) for points in shapes]
