@@ -1,0 +1,5 @@
+"""The project: what is stored, what can be done to it, and its history."""
+
+from ffdstudio.project.scripting import Project
+
+__all__ = ["Project"]

@@ -1,0 +1,154 @@
+"""Airfoil sections in plane meshes: which markers are one, and their points in Selig's order.
+
+1. A section is a closed chain of line elements, twice as long as high at least, or the one
+   chain of an airfoil file. A far field is as high as it is long.
+2. Points run from the upper trailing edge over the nose to the lower one. A blunt trailing
+   edge is no part of the contour: the chain is opened there.
+3. Everything aerodynamic is told in chords: x from 0 to 1, y from the trailing edge's middle.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ffdstudio.meshes import Mesh
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
+SLENDER = 0.5  # height over length, at most
+BLUNT = 0.02  # of the chord: how far a trailing edge may reach forward
+
+
+@dataclass(frozen=True, eq=False)
+class Profile:
+    """A section in a mesh.
+
+    Attributes
+    ----------
+    marker : str
+        Empty for the lines of an airfoil file.
+    nodes : numpy.ndarray
+        (n,) nodes of the mesh in Selig's order.
+    """
+
+    marker: str
+    nodes: Indices
+
+
+@dataclass(frozen=True)
+class Chord:
+    """Where a section lies: its coordinates in chords are ``(x - origin) / length``."""
+
+    x: float
+    y: float
+    length: float
+
+    @classmethod
+    def of(cls, contour: Array) -> Chord:
+        """Chord of (n, 2+) points in Selig's order.
+
+        Examples
+        --------
+        >>> Chord.of(np.array([[3.0, 1.1], [1.0, 1.0], [3.0, 0.9]]))
+        Chord(x=1.0, y=1.0, length=2.0)
+        """
+        low, high = contour[:, 0].min(), contour[[0, -1], 0].max()
+        middle = 0.5 * (contour[0, 1] + contour[-1, 1])
+        tiny = 1e-9 * (high - low)  # so that a unit chord stays exactly one
+        x, y = (0.0 if abs(v) < tiny else float(v) for v in (low, middle))
+        return cls(x, y, float(high - x))
+
+    @property
+    def origin(self) -> Array:
+        """(3,) nose's abscissa and trailing edge's height."""
+        return np.array([self.x, self.y, 0.0])
+
+    def local(self, points: Array) -> Array:
+        """(n, 3) points in chords."""
+        return (points - self.origin) / self.length
+
+    def world(self, points: Array) -> Array:
+        """(n, 3) points in the units of the mesh, from chords."""
+        return points * self.length + self.origin
+
+
+def profiles(mesh: Mesh) -> list[Profile]:
+    """Sections of a plane mesh, the longest first.
+
+    Examples
+    --------
+    >>> from ffdstudio.meshes.airfoil import contour_mesh, naca4
+    >>> [profile.nodes.size for profile in profiles(contour_mesh(naca4("0012", points=21)))]
+    [41]
+    """
+    if mesh.dimension != 2:
+        return []
+    chains = {name: cells.get("line") for name, cells in mesh.markers.items()}
+    if set(mesh.cells) == {"line"}:
+        chains[""] = mesh.cells["line"]
+    found = []
+    for name, lines in chains.items():
+        nodes = None if lines is None else _selig(mesh.points, lines[:, :2])
+        if nodes is not None:
+            found.append(Profile(name, nodes))
+    return sorted(found, key=lambda p: -float(np.ptp(mesh.points[p.nodes, 0])))
+
+
+def _selig(points: Array, lines: Indices) -> Indices | None:
+    """Nodes of a chain of lines in Selig's order; None if they are no section."""
+    order = _chain(points, lines)
+    if order is None:
+        return None
+    x, y = points[order, 0], points[order, 1]
+    length = float(np.ptp(x))
+    if length == 0 or np.ptp(y) > SLENDER * length:
+        return None
+    if _area(points[order]) < 0:
+        order = order[::-1]
+    return _opened(points, order, length)
+
+
+def _chain(points: Array, lines: Indices) -> Indices | None:
+    """Nodes one after the other round a closed chain; points at one place count as one."""
+    if len(lines) < 8:
+        return None
+    places, of_node = np.unique(points[lines.ravel()], axis=0, return_inverse=True)
+    ends = of_node.reshape(-1, 2)
+    node_of = np.zeros(len(places), dtype=np.int64)
+    node_of[of_node.ravel()] = lines.ravel()
+    beside: dict[int, list[int]] = {}
+    for a, b in ends.tolist():
+        beside.setdefault(a, []).append(b)
+        beside.setdefault(b, []).append(a)
+    loose = [k for k, others in beside.items() if len(others) == 1]
+    if len(loose) > 2 or any(len(others) > 2 for others in beside.values()):
+        return None
+    here = loose[0] if loose else next(iter(beside))
+    seen, before = [here], -1
+    while True:
+        ahead = [k for k in beside[here] if k not in (before, seen[0])]
+        if not ahead:
+            break
+        before, here = here, ahead[0]
+        seen.append(here)
+    whole = len(seen) == len(places)
+    return node_of[np.array(seen)] if whole else None
+
+
+def _opened(points: Array, order: Indices, length: float) -> Indices:
+    """Open a counter-clockwise ring at its trailing edge, leaving out a blunt base."""
+    order = np.roll(order, -int(np.argmax(points[order, 0])))
+    xy, count = points[order, :2], len(order)
+    step = np.roll(xy, -1, axis=0) - xy
+    aft = xy[:, 0] > xy[0, 0] - BLUNT * length
+    base = (np.abs(step[:, 0]) < 0.3 * np.abs(step[:, 1])) & aft & np.roll(aft, -1)
+    above, below = int(np.argmin(base)), int(np.argmin(base[::-1]))
+    return order[np.arange(above, count - below + 1) % count]
+
+
+def _area(points: Array) -> float:
+    x, y = points[:, 0], points[:, 1]
+    return 0.5 * float(x @ np.roll(y, -1) - y @ np.roll(x, -1))

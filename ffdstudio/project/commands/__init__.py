@@ -1,0 +1,91 @@
+"""Every edit as a value: named, undoable, and sayable in one line of the journal.
+
+A command is a frozen dataclass of plain values. `apply` makes the next model and touches
+nothing else; `label` is what the history shows. What is not in its fields, or in the model
+before, has no influence: that is what makes a replay give the same bytes.
+"""
+
+from ffdstudio.project.commands.base import Command
+from ffdstudio.project.commands.iterate import UseIterate
+from ffdstudio.project.commands.net import (
+    ElevateDegree,
+    FreezeLayers,
+    InsertKnots,
+    MovePoints,
+    RemoveKnots,
+    ResetPoints,
+    SetWeights,
+)
+from ffdstudio.project.commands.scene import (
+    Activate,
+    AddLattice,
+    Colour,
+    CreateBox,
+    Enable,
+    Isolate,
+    OpenMesh,
+    Refit,
+    Remove,
+    Rename,
+    Show,
+    ShowMarkers,
+)
+from ffdstudio.project.commands.shapes import BlendShapes, RemoveShape, SaveShape
+
+COMMANDS: dict[str, type[Command]] = {
+    command.verb: command
+    for command in (
+        Activate,
+        AddLattice,
+        BlendShapes,
+        Colour,
+        CreateBox,
+        ElevateDegree,
+        Enable,
+        FreezeLayers,
+        InsertKnots,
+        Isolate,
+        MovePoints,
+        OpenMesh,
+        Refit,
+        Remove,
+        RemoveKnots,
+        RemoveShape,
+        Rename,
+        ResetPoints,
+        SaveShape,
+        SetWeights,
+        Show,
+        ShowMarkers,
+        UseIterate,
+    )
+}
+"""All commands by their word in the journal."""
+
+__all__ = [
+    "COMMANDS",
+    "Activate",
+    "AddLattice",
+    "BlendShapes",
+    "Colour",
+    "Command",
+    "CreateBox",
+    "ElevateDegree",
+    "Enable",
+    "FreezeLayers",
+    "InsertKnots",
+    "Isolate",
+    "MovePoints",
+    "OpenMesh",
+    "Refit",
+    "Remove",
+    "RemoveKnots",
+    "RemoveShape",
+    "Rename",
+    "ResetPoints",
+    "SaveShape",
+    "SetWeights",
+    "Show",
+    "ShowMarkers",
+    "UseIterate",
+]

@@ -1,0 +1,123 @@
+"""A drag: begun, updated many times, committed as one entry or aborted without a trace.
+
+The model shows the preview at once; displayed points follow when somebody asks for them
+(`Document.refresh`), so that many mouse moves between two frames cost one deformation.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ffdstudio.engine import Lattice
+from ffdstudio.project.commands import MovePoints, SetWeights
+from ffdstudio.project.commands.base import Command, numbers
+from ffdstudio.project.following import Follower, Hold
+from ffdstudio.project.model import Index, Model
+
+if TYPE_CHECKING:
+    from ffdstudio.project.document import Document
+
+Array = NDArray[np.float64]
+
+
+class Edit:
+    """Made by `Document.edit`.
+
+    Attributes
+    ----------
+    points : tuple of tuple of int
+        Control points that are edited; frozen ones are left out.
+    start, weights : numpy.ndarray
+        (k, 3) and (k,) what they were at the beginning.
+    """
+
+    def __init__(self, document: Document, key: str, points: Sequence[Index]) -> None:
+        self._document = document
+        self.before: Model = document.model
+        self.item = self.before.lattice(key)
+        self.points = tuple(points)
+        self._where = tuple(np.array(self.points, dtype=np.int64).T)
+        self._flat = np.ravel_multi_index(self._where, self.item.rest.shape).tolist()
+        self.start: Array = self.item.current.control_points[self._where]
+        self.weights: Array = self.item.current.weights[self._where]
+        self._positions, self._weights = self.start, self.weights
+        self._vector: Array | None = None
+        self._holds: dict[Follower, Hold | None] = {}
+
+    # ---- update: always from the start, never from the last update ------------------------
+
+    def translate(self, vector: ArrayLike) -> None:
+        """Move all points by one vector from where they began: the fast way."""
+        self._vector = numbers(vector, (3,), "a displacement")
+        self._show(self.start + self._vector, self.weights)
+
+    def place(self, positions: ArrayLike) -> None:
+        """Put the points to (k, 3) positions."""
+        self._vector = None
+        self._show(numbers(positions, self.start.shape, "positions"), self.weights)
+
+    def weigh(self, weights: ArrayLike) -> None:
+        """Give the points (k,) weights."""
+        self._vector = None
+        self._show(self.start, numbers(weights, self.weights.shape, "weights"))
+
+    def _show(self, positions: Array, weights: Array) -> None:
+        if self._document.editing is not self:  # somebody has ended it
+            return
+        current = self.item.current
+        net, all_weights = current.control_points.copy(), current.weights.copy()
+        net[self._where], all_weights[self._where] = positions, weights
+        new = current.moved(net, all_weights)  # raises before anything has changed
+        self._positions, self._weights = positions, weights
+        self._document.preview(self.before.with_(replace(self.item, current=new)))
+
+    @property
+    def current(self) -> Lattice:
+        """The lattice as previewed."""
+        return self._document.model.lattice(self.item.key).current
+
+    # ---- displayed points ------------------------------------------------------------------
+
+    def follow(self, follower: Follower) -> None:
+        """Take displayed points where the preview wants them, if their embedding is known."""
+        if follower not in self._holds:
+            self._holds[follower] = follower.hold(self.item.key)
+        hold = self._holds[follower]
+        if hold is not None and self._vector is not None:
+            hold.pull(self._flat, self._vector)
+        elif hold is not None:
+            hold.reshape(self.current)
+
+    def forget(self, follower: Follower) -> None:
+        """Take hold of a follower anew: it has settled in the meantime."""
+        self._holds.pop(follower, None)
+
+    # ---- end ---------------------------------------------------------------------------------
+
+    def commit(self) -> None:
+        """Make it one entry of the history; none if nothing has changed."""
+        command = self.command
+        self._document.end(self, command)
+
+    def abort(self) -> None:
+        """Put everything back to what it was."""
+        self._document.end(self, None)
+
+    @property
+    def command(self) -> Command | None:
+        """What has been done so far, as a command; None if nothing has."""
+        key, start = self.item.key, (self._positions == self.start).all(axis=1)
+        weighed, moved = np.flatnonzero(self._weights != self.weights), np.flatnonzero(~start)
+        if len(weighed):
+            chosen = tuple(self.points[k] for k in weighed)
+            return SetWeights(key, chosen, tuple(self._weights[weighed].tolist()))
+        if len(moved):
+            chosen = tuple(self.points[k] for k in moved)
+            positions = tuple(map(tuple, self._positions[moved].tolist()))
+            return MovePoints(key, chosen, positions)
+        return None

@@ -1,0 +1,180 @@
+"""Files of a document: meshes, lattices and projects in and out, as work for its runner.
+
+1. Every function gives work to `document.runner` and returns; what comes of it arrives later
+   on the document's thread, failures as the signal *problem*.
+2. A worker sees values only: the model when the work began, paths, records.
+3. Meshes of a project that are missing or have changed are shown to `document.ask`, which may
+   point to other files (`BodyRecord.path`), drop bodies, or give up by returning None.
+"""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from ffdstudio.errors import InputError
+from ffdstudio.exchange import LatticeFile, read_lattice_file, write_lattice
+from ffdstudio.project.commands import AddLattice
+from ffdstudio.project.exporting import Written, write_body
+from ffdstudio.project.model import Model
+from ffdstudio.project.opening import Opened, open_body, read_record
+from ffdstudio.project.records import BodyRecord, ProjectFile
+from ffdstudio.project.running import Progress
+from ffdstudio.project.storage import read_project, write_project
+from ffdstudio.project.stored import activation, lattice_commands, to_file
+
+if TYPE_CHECKING:
+    from ffdstudio.project.document import Document
+    from ffdstudio.project.recovery import Left
+
+PathLike = str | os.PathLike[str]
+
+
+def open_mesh(document: Document, path: PathLike) -> None:
+    """Read a mesh and add it as a body."""
+
+    def done(opened: Opened) -> None:
+        document.meet(opened)
+        document.do(opened.command)
+
+    name = Path(path).name
+    failed = document.failed(f"{name} cannot be opened")
+    document.runner.start(f"Opening {name}", lambda p: open_body(path, p), done, failed)
+
+
+def export_mesh(document: Document, key: str, path: PathLike) -> None:
+    """Write a body as it is deformed."""
+    model = document.settled_model
+    body, steps = model.body(key), model.steps
+
+    def done(written: Written) -> None:
+        for loss in written.losses:
+            document.problem.emit(f"{written.path.name} was written with losses", loss)
+        document.told.emit(
+            f"{written.path} written: {written.moved} of {written.nodes} nodes moved"
+        )
+
+    failed = document.failed(f"{body.name} cannot be exported")
+    work = lambda p: write_body(body, steps, path, p)  # noqa: E731
+    document.runner.start(f"Exporting {body.name}", work, done, failed)
+
+
+def import_lattice(document: Document, path: PathLike, block: str | None = None) -> None:
+    """Read a lattice file of any format and add it."""
+
+    def done(found: LatticeFile) -> None:
+        name = Path(path).name.split(".")[0] or "Lattice"
+        try:
+            document.do(AddLattice(name, found.rest, found.current, found.frozen))
+        except InputError as error:  # more frozen layers than there are
+            failed(error)
+            return
+        if not found.exactness.exact:
+            document.problem.emit(f"{Path(path).name} was read", str(found.exactness))
+
+    failed = document.failed(f"{Path(path).name} cannot be opened")
+    work = lambda p: read_lattice_file(path, block)  # noqa: E731
+    document.runner.start(f"Reading {Path(path).name}", work, done, failed)
+
+
+def export_lattice(document: Document, key: str, path: PathLike) -> None:
+    """Write a lattice, at rest and as it is; its file is small, so at once."""
+    item = document.settled_model.lattice(key)
+    try:
+        exactness = write_lattice(path, item.rest, item.current, frozen=item.frozen)
+    except InputError as error:
+        document.problem.emit(f"{item.name} cannot be exported", str(error))
+    else:
+        document.told.emit(f"{os.fspath(path)} written: {exactness}")
+
+
+# ---- projects ---------------------------------------------------------------------------
+
+
+def save(document: Document, path: PathLike, pack_meshes: bool) -> None:
+    """Write the project; what is done in the meantime counts as not saved."""
+    model, target = document.settled_model, Path(path)
+    content, turn = to_file(model, document.sections), document.turns.take()
+
+    def done(_: None) -> None:
+        if not document.turns.latest(turn):  # saved again in the meantime
+            return
+        document.path = target
+        document.saved(model)
+        document.told.emit(f"{target} saved")
+
+    failed = document.failed(f"{target.name} cannot be saved")
+
+    def work(progress: Progress) -> None:
+        progress(0.0, f"writing {target.name}")
+        document.turns.wait(turn, target, lambda: write_project(target, content, pack_meshes))
+
+    document.runner.start(f"Saving {target.name}", work, done, failed)
+
+
+def open_project(document: Document, path: PathLike, recovered: Left | None = None) -> None:
+    """Read a project, which replaces everything; what was `recovered` is not saved yet."""
+    source, failed = Path(path), document.failed(f"{Path(path).name} cannot be opened")
+
+    def read(content: ProjectFile) -> None:
+        chosen = _asked(document, content)
+        if chosen is not None:
+            label = f"Opening {source.name}"
+            document.runner.start(label, lambda p: _load(chosen, p), loaded, failed, key="open")
+
+    def loaded(result: tuple[ProjectFile, list[Opened], list[str]]) -> None:
+        content, bodies, problems = result
+        try:
+            model = _model(content, bodies)
+        except InputError as error:
+            failed(error)
+            return
+        for opened in bodies:
+            document.meet(opened)
+        target = source if recovered is None else recovered.project
+        document.replace(model, content.sections, target, saved=recovered is None)
+        for problem in problems:
+            document.problem.emit("A mesh of the project could not be opened", problem)
+
+    work = lambda p: read_project(source)  # noqa: E731
+    document.runner.start(f"Opening {source.name}", work, read, failed, key="open")
+
+
+def _asked(document: Document, content: ProjectFile) -> ProjectFile | None:
+    if not content.problems:
+        return content
+    if document.ask is not None:
+        return document.ask(content)
+    for problem in content.problems:
+        document.problem.emit("A mesh of the project is not as it was", problem)
+    return content
+
+
+def _load(content: ProjectFile, progress: Progress) -> tuple[ProjectFile, list[Opened], list[str]]:
+    """Read the meshes of a project; one that cannot be read is left out and reported."""
+    opened, problems = [], []
+    for number, record in enumerate(content.bodies):
+        progress(number / len(content.bodies), f"reading {record.name}")
+        try:
+            opened.append(_read(record))
+        except InputError as error:
+            problems.append(f"{record.name}: {error}")
+    return content, opened, problems
+
+
+def _read(record: BodyRecord) -> Opened:
+    from ffdstudio.project.opening import hash_of
+
+    if record.packed is None:  # a changed mesh was accepted: from now on it is this one
+        record.sha256 = hash_of(record.path)
+    return read_record(record)
+
+
+def _model(content: ProjectFile, bodies: list[Opened]) -> Model:
+    model = Model()
+    for command in (*(opened.command for opened in bodies), *lattice_commands(content)):
+        model = command.apply(model)
+    for command in activation(content, model):
+        model = command.apply(model)
+    return model

@@ -1,0 +1,103 @@
+"""`Project`: a project file in the hands of a script."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Any, Self
+
+from ffdstudio.engine import Lattice
+from ffdstudio.errors import InputError
+from ffdstudio.meshes import Mesh, read_mesh
+from ffdstudio.project import references
+from ffdstudio.project.records import BodyRecord, LatticeRecord, ProjectFile
+from ffdstudio.project.storage import read_project, write_project
+
+
+class Project:
+    """Bodies, lattices and everything else that one ``*.ffdproj`` file holds.
+
+    Attributes
+    ----------
+    file : ProjectFile
+        The stored form, free to be changed before `save`.
+
+    Examples
+    --------
+    >>> import tempfile, pathlib
+    >>> path = pathlib.Path(tempfile.mkdtemp()) / "wing.ffdproj"
+    >>> project = Project()
+    >>> _ = project.add_lattice("box", Lattice.box([0, 0, 0], [1, 1, 1], shape=(4, 3, 2)))
+    >>> project.save(path)
+    >>> Project.open(path).lattices[0].rest
+    Lattice(4x3x2, degrees=(3, 2, 1))
+    """
+
+    def __init__(self, file: ProjectFile | None = None) -> None:
+        self.file = file if file is not None else ProjectFile()
+
+    @classmethod
+    def open(cls, path: str | os.PathLike[str]) -> Self:
+        """Read a project file; see `problems` for what is wrong with its meshes.
+
+        Raises
+        ------
+        InputError
+            If it cannot be read, is damaged or was written by a newer version.
+        """
+        return cls(read_project(path))
+
+    def save(self, path: str | os.PathLike[str], pack_meshes: bool = False) -> None:
+        """Write the project file atomically; with `pack_meshes` the meshes travel inside."""
+        write_project(path, self.file, pack_meshes)
+
+    @property
+    def bodies(self) -> list[BodyRecord]:
+        """The meshes of the project."""
+        return self.file.bodies
+
+    @property
+    def lattices(self) -> list[LatticeRecord]:
+        """The lattices of the project."""
+        return self.file.lattices
+
+    @property
+    def sections(self) -> dict[str, Any]:
+        """Saved shapes, studies, journal and other open-ended parts by name."""
+        return self.file.sections
+
+    @property
+    def problems(self) -> list[str]:
+        """Sentences about meshes that were missing or changed when the project was opened."""
+        return self.file.problems
+
+    def add_mesh(self, path: str | os.PathLike[str], name: str | None = None) -> BodyRecord:
+        """Refer to a mesh file under a name, by default the file's."""
+        body = BodyRecord(name or Path(path).stem, Path(os.path.realpath(path)))
+        self._check_free(body.name, self.bodies)
+        self.bodies.append(body)
+        return body
+
+    def add_lattice(
+        self, name: str, rest: Lattice, current: Lattice | None = None, frozen: int = 0
+    ) -> LatticeRecord:
+        """Add a lattice at rest, and as deformed if that differs."""
+        record = LatticeRecord(name, rest, current if current is not None else rest, frozen)
+        if not rest.same_space(record.current):
+            raise InputError(f'the lattice "{name}" and its deformed form do not fit together')
+        self._check_free(name, self.lattices)
+        self.lattices.append(record)
+        return record
+
+    def mesh(self, name: str) -> Mesh:
+        """Read the mesh of a body, from the disk or out of the project file."""
+        for body in self.bodies:
+            if body.name == name:
+                with references.on_disk(body) as path:
+                    return read_mesh(path)
+        raise InputError(f'the project has no body "{name}"')
+
+    @staticmethod
+    def _check_free(name: str, records: list[Any]) -> None:
+        if any(record.name == name for record in records):
+            raise InputError(f'the project already has a "{name}"')
