@@ -1,0 +1,198 @@
+"""The pressures of the RAE 2822 by the panel method; the volume mesh follows the same lattice.
+
+1. The lattice reaches into the field and its outer layers are frozen, so surface and volume
+   are moved by one map; two rows of control points are free.
+2. All lattices have 40 variables at the end, and all studies the same budget. Costs are
+   compared after the flow and adjoint solves of the adaptive study; a static study that has
+   converged before is taken at its end.
+3. The cost sees the surface alone: a column that barely reaches it may run away and tear the
+   mesh. So the inverted cells of each study are told beside its cost.
+"""
+
+from __future__ import annotations
+
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ffdstudio.cli.demos.common import FROZEN, Clock, copied_mesh, rendered, save_project
+from ffdstudio.cli.morph import measured
+from ffdstudio.cli.optimize import rest_of
+from ffdstudio.engine import Lattice, embed
+from ffdstudio.engine.knots import Array
+from ffdstudio.exchange import write_lattice
+from ffdstudio.files import write_bytes
+from ffdstudio.meshes import Mesh, inverted, write_mesh
+from ffdstudio.optimize import plots
+from ffdstudio.optimize.contour import upper_side
+from ffdstudio.optimize.objectives.flow import FlowTarget
+from ffdstudio.optimize.panel import PanelFlow
+from ffdstudio.optimize.record import History, Record
+from ffdstudio.optimize.rules import Rules
+from ffdstudio.optimize.sections import target_contour
+from ffdstudio.optimize.shapes import Shape, mesh_shape
+from ffdstudio.optimize.study import Budget, Refinement, Study, Task
+from ffdstudio.samples import sample
+
+ANGLE = 2.0  # degrees
+VARIABLES = 40
+ADAPTIVE = "adaptive"
+LOWER, UPPER = (-0.3, -0.15), (1.3, 0.15)
+START = 9  # columns of the adaptive lattice
+NOSE, TAIL = -0.01, 1.01  # outermost knots of the cosine columns
+DETAIL = (-0.35, 1.35, -0.5, 0.5)
+
+
+def run(folder: Path, evaluations: int = 60) -> dict[str, Any]:
+    """Match the pressures, let the mesh follow, write everything, return the figures."""
+    clock = Clock()
+    source = copied_mesh(folder)
+    shape = mesh_shape(str(source), "airfoil", whole=False)
+    flow, rests = target(shape.points), lattices()
+    studies = {
+        name: clock(name, partial(_study, rest, flow, shape, evaluations, name == ADAPTIVE))
+        for name, rest in rests.items()
+    }
+    current = studies[ADAPTIVE].lattice(-1)
+    rest = rest_of(rests[ADAPTIVE], current)
+    files = _write(folder, source, shape, rest, current)
+    files += _plots(folder, flow, shape.points, embed(rest, shape.points).deform(current), studies)
+    mesh = _mesh(shape)
+    points = embed(rest, mesh.points).deform(current)
+    files += clock("pictures", partial(_picture, folder, mesh, points, current))
+    figures = {**compared(studies, rests, mesh), "lattice": list(rest.shape)}
+    return figures | measured(mesh, points) | {"seconds": clock.seconds, "files": files}
+
+
+def told(figures: dict[str, Any]) -> str:
+    """One line for people."""
+    best, rows = figures["best_static"], figures["studies"]
+    return (
+        f"Cp of the RAE 2822 at {ANGLE:g} degrees (inviscid), {figures['solves']} solves: cost "
+        f"over the first {rows[ADAPTIVE]['cost_ratio']:.2e} adaptively, {figures['nodes']} nodes "
+        f"follow, {figures['inverted']} inverted cells; best static lattice ({best}) "
+        f"{rows[best]['cost_ratio']:.2e}, {rows[best]['inverted']} inverted cells"
+    )
+
+
+# ---- the lattices --------------------------------------------------------------------------
+
+
+def lattice(knots: list[float]) -> Lattice:
+    """Cubic lattice in the vicinity of the airfoil with inner knots in x.
+
+    Examples
+    --------
+    >>> lattice([0.0, 0.5, 1.0]).shape
+    (7, 6)
+    """
+    box = Lattice.box(LOWER, UPPER, shape=(4, 6), degrees=(3, 3))
+    return box.insert_knots(0, knots)
+
+
+def lattices() -> dict[str, Lattice]:
+    """Two that stay as they are, and the one that the adaptive study begins with."""
+    count = VARIABLES // 2  # in two rows; the four columns of a box without knots are frozen
+    share = 0.5 * (1 - np.cos(np.pi * np.linspace(0, 1, count)))
+    return {
+        "equally spaced": lattice(_inner(count)),
+        "cosine": lattice((NOSE + (TAIL - NOSE) * share).tolist()),
+        ADAPTIVE: lattice(_inner(START - 4)),
+    }
+
+
+def _inner(count: int) -> list[float]:
+    return list(np.linspace(LOWER[0], UPPER[0], count + 2)[1:-1].tolist())
+
+
+# ---- the studies ---------------------------------------------------------------------------
+
+
+def target(points: Array) -> FlowTarget:
+    """Pressures of the RAE 2822, with panels at the abscissae of the mesh's own."""
+    contour = target_contour(sample("rae2822.dat"))
+    return FlowTarget.like(contour.at(points[:, 0], upper_side(points)), [ANGLE])
+
+
+def _study(
+    rest: Lattice,
+    flow: FlowTarget,
+    shape: Shape,
+    evaluations: int,
+    adaptive: bool,
+) -> History:
+    refinement = Refinement(variables=VARIABLES, slope=0.8) if adaptive else None
+    task = Task(flow, embed(rest, shape.points), shape.surface, Rules(frozen=FROZEN))
+    return Study(task, "lbfgs", refinement, Budget(evaluations=evaluations)).run()
+
+
+def compared(studies: dict[str, History], rests: dict[str, Lattice], mesh: Mesh) -> dict[str, Any]:
+    """Each study after as many solves as the adaptive one has used, and the best static one."""
+    limit = solves(studies[ADAPTIVE].iterates[-1])
+    rows = {name: _row(history, limit, rests[name], mesh) for name, history in studies.items()}
+    static = [name for name in rows if name != ADAPTIVE]
+    best = min(static, key=lambda name: rows[name]["cost_ratio"])
+    return {"solves": limit, "studies": rows, "best_static": best}
+
+
+def _row(history: History, limit: int, rest: Lattice, mesh: Mesh) -> dict[str, Any]:
+    within = [record for record in history.iterates if solves(record) <= limit]
+    current = history.lattice(len(within) - 1)
+    points = embed(rest_of(rest, current), mesh.points).deform(current)
+    return {
+        "cost_ratio": within[-1].cost / within[0].cost,
+        "variables": within[-1].variables,
+        "solves": solves(within[-1]),
+        "inverted": inverted(mesh, points).count,
+    }
+
+
+def solves(record: Record) -> int:
+    """Flow and adjoint solves up to a record."""
+    return record.flow + record.adjoint
+
+
+# ---- the files -----------------------------------------------------------------------------
+
+
+def _write(folder: Path, source: Path, shape: Shape, rest: Lattice, current: Lattice) -> list[str]:
+    mesh = _mesh(shape)
+    write_mesh(mesh, folder / "pressure_morphed.su2", embed(rest, mesh.points).deform(current))
+    write_lattice(folder / "pressure.lattice.json", rest, current, frozen=FROZEN, units="chord")
+    save_project(folder / "pressure.ffdproj", source, rest, current)
+    return [source.name, "pressure_morphed.su2", "pressure.lattice.json", "pressure.ffdproj"]
+
+
+def _plots(
+    folder: Path, flow: FlowTarget, start: Array, end: Array, studies: dict[str, History]
+) -> list[str]:
+    files = plots.save(plots.convergence(studies), folder, "pressure_convergence")
+    begin, reached = PanelFlow(start, [ANGLE]), PanelFlow(end, [ANGLE])
+    x = begin.middles.real
+    assert flow.pressure is not None
+    curves = {
+        "NACA 0012": (x, begin.pressure[0]),
+        "RAE 2822, the target": (x, flow.pressure[0]),
+        "adaptive lattice": (x, reached.pressure[0]),
+    }
+    files += plots.save(plots.pressures(curves), folder, "pressure_cp")
+    write_bytes(folder / "pressure_adaptive.csv", plots.table(studies[ADAPTIVE]))
+    return [*files, "pressure_adaptive.csv"]
+
+
+def _picture(folder: Path, mesh: Mesh, points: Array, current: Lattice) -> list[str]:
+    def draw_it() -> list[str]:
+        from ffdstudio.cli.pictures import draw
+
+        title = f"Pressures of the RAE 2822: {current.shape[0]} columns where the cost asked"
+        draw(folder / "pressure_mesh.png", mesh, points, DETAIL, title, current)
+        return ["pressure_mesh.png"]
+
+    return rendered(draw_it)
+
+
+def _mesh(shape: Shape) -> Mesh:
+    assert shape.mesh is not None
+    return shape.mesh

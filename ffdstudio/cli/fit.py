@@ -1,0 +1,124 @@
+"""``ffdstudio fit``: the lattice that turns one shape into another."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from ffdstudio.cli.morph import make_folder
+from ffdstudio.cli.output import emit, note
+from ffdstudio.cli.parsing import fraction, whole
+from ffdstudio.cli.study_files import write_common, write_contour
+from ffdstudio.engine.knots import Array
+from ffdstudio.optimize import FitResult, plots
+from ffdstudio.optimize import fit as fit_shapes
+from ffdstudio.optimize.fitting import NOTHING, TRIGGERS, extent
+from ffdstudio.optimize.record import Record
+from ffdstudio.optimize.refine.indicators import INDICATORS
+from ffdstudio.optimize.sections import kulfan_tolerance
+
+UNWRITTEN = "nothing written; -o DIR writes the lattice, a project, the log, a table and plots"
+
+
+def add(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments."""
+    parser.epilog = (
+        "Errors in 2D are also told in units of Kulfan's tolerance: 4e-4 of the chord for x < 0.2, "
+        "8e-4 aft of it. Only results in a folder (-o) are kept."
+    )
+    parser.add_argument("source", metavar="SOURCE", help="file, or a section such as naca0012")
+    parser.add_argument("target", metavar="TARGET", help="file or section")
+    parser.add_argument("--columns", type=whole, default=35, help="control points in x (35)")
+    parser.add_argument("--rows", type=whole, default=2, help="control points in y (2)")
+    parser.add_argument("--layers", type=whole, help="control points in z, 3D only (2)")
+    parser.add_argument("--start", type=whole, help="columns at the beginning (5)")
+    way = parser.add_mutually_exclusive_group()
+    way.add_argument("--regular", action="store_true", help="do not refine")
+    way.add_argument(
+        "--adaptive", choices=list(INDICATORS), default="gain", help="indicator (gain)"
+    )
+    parser.add_argument("--method", choices=_methods(), default="gauss-newton")
+    parser.add_argument("--norm", choices=("l2", "max"), default="l2")
+    parser.add_argument("--metric", choices=("none", "l2", "h1"), default="l2")
+    parser.add_argument("--row-wise", action="store_true", help="a new knot frees one row only")
+    parser.add_argument("--spacing", choices=("greville", "uniform"), default="greville")
+    parser.add_argument("--variables", type=whole, help="number of variables at the end")
+    parser.add_argument("--evaluations", type=whole, help="budget of evaluations")
+    parser.add_argument("--iterations", type=whole, help="budget of iterations")
+    parser.add_argument("--tolerance", type=fraction, help="RMS to reach; exit code 1 if missed")
+    parser.add_argument("-o", "--output", metavar="DIR", help="folder for results")
+    parser.add_argument("--json", action="store_true", help="print one JSON object")
+
+
+def _methods() -> tuple[str, ...]:
+    return tuple(name for name in TRIGGERS if name != "minimax")
+
+
+def run(args: argparse.Namespace) -> int:
+    """Fit, write, and say what was reached."""
+    folder = None if args.output is None else Path(args.output)
+    if folder is not None:
+        make_folder(folder)
+    result = fit_shapes(
+        args.source, args.target, columns=args.columns, rows=args.rows, layers=args.layers,
+        adaptive=None if args.regular else args.adaptive, start=args.start, method=args.method,
+        norm=args.norm, metric=args.metric, row_wise=args.row_wise, spacing=args.spacing,
+        variables=args.variables, evaluations=args.evaluations, iterations=args.iterations,
+        tolerance=args.tolerance, folder=folder, listener=_tell,
+    )  # fmt: skip
+    figures = result.to_json()
+    if folder is not None:
+        figures["files"] = write(result, folder, args.source, args.target)
+    emit(figures, _text(result, folder), args.json)
+    return 1 if args.tolerance is not None and result.rms > args.tolerance else 0
+
+
+def _tell(record: Record) -> None:
+    if record.kind == "refinement":
+        note(f"{record.variables} variables, cost {record.cost:.3e}: knot {record.note}")
+
+
+def _text(result: FitResult, folder: Path | None) -> str:
+    net = " x ".join(str(count) for count in result.lattice.shape)
+    lines = [
+        f"RMS {result.rms:.3e}, largest error {result.max_error:.3e}"
+        + (
+            ""
+            if result.kulfan_ratio is None
+            else f", {result.kulfan_ratio:.3g} of Kulfan's tolerance"
+        ),
+        f"{result.variables} variables, {net} control points, "
+        f"{result.evaluations} evaluations, {result.iterations} iterations, {result.seconds:.2f} s",
+    ]
+    if result.history[0]["rms"] <= NOTHING * extent(result.task):
+        lines.append("the source meets the target as it is: nothing to gain")
+    return "\n".join([*lines, UNWRITTEN if folder is None else f"results in {folder}"])
+
+
+def write(result: FitResult, folder: Path, source: str, target: str) -> list[str]:
+    """Write everything about a fit; returns the names of the files."""
+    figures = ["rms", "max_error", "variables"]
+    files = write_common(folder, "fit", result.rest, result.lattice, result.study, figures)
+    points = result.task.deformed(result.lattice)
+    if result.task.section is None:
+        return [*files, "log.jsonl"]
+    title = f"{Path(source).stem} fitted to {Path(target).stem}"
+    files.append(write_contour(folder / "contour.dat", title, points))
+    files += _section_plots(result, folder, points, (Path(source).stem, Path(target).stem))
+    return [*files, "log.jsonl"]
+
+
+def _section_plots(
+    result: FitResult, folder: Path, deformed: Array, names: tuple[str, str]
+) -> list[str]:
+    task = result.task
+    assert task.section is not None
+    assert task.target is not None
+    fine = task.target.sample(len(deformed))
+    curves = {names[0]: task.section.dense, names[1]: fine, "fitted": deformed}
+    net = result.lattice.control_points
+    files = plots.save(plots.outlines(curves, net), folder, "sections")
+    x = deformed[:, 0]
+    band = kulfan_tolerance(x)
+    fig = plots.errors(x, task.errors(result.lattice), task.section.dense_upper, band)
+    return files + plots.save(fig, folder, "errors")

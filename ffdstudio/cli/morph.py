@@ -1,0 +1,200 @@
+"""``ffdstudio morph``: meshes deformed by one lattice.
+
+Everything is computed before anything is written, so bad input in the last mesh leaves no
+first one behind. A point's new place depends on the point and the lattices alone; nodes of
+different meshes that coincide therefore stay coincident to the bit.
+"""
+
+from __future__ import annotations
+
+import argparse
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ffdstudio.cli.output import emit, note
+from ffdstudio.cli.parsing import assignment, whole
+from ffdstudio.engine import Lattice, embed
+from ffdstudio.engine.knots import Array
+from ffdstudio.errors import InputError
+from ffdstudio.exchange import LatticeFile, read_lattice_file
+from ffdstudio.exchange.morphed import BOXES, write_morphed
+from ffdstudio.meshes import Mesh, read_mesh
+from ffdstudio.project.model import frozen_mask
+
+FARTHEST = 1e100  # beyond it lengths and volumes are no numbers any more
+
+
+def add(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments."""
+    parser.add_argument(
+        "files", nargs="+", metavar="MESH ... LATTICE", help="meshes, a lattice last"
+    )
+    parser.add_argument(
+        "-o", "--output", required=True, metavar="OUT", help="mesh file; a folder for several"
+    )
+    parser.add_argument(
+        "--move",
+        action="append",
+        default=[],
+        metavar="I,J,K=DX,DY,DZ",
+        help="move a control point (repeatable; I,J and I for fewer directions)",
+    )
+    parser.add_argument(
+        "--weight",
+        action="append",
+        default=[],
+        metavar="I,J,K=W",
+        help="set the weight of a control point (repeatable)",
+    )
+    parser.add_argument(
+        "--frozen",
+        type=whole,
+        metavar="K",
+        help="reset the K outermost layers on every face (default: what the lattice file says)",
+    )
+    parser.add_argument("--block", metavar="B", help="which of several lattices in the file")
+    parser.add_argument(
+        "--boxes",
+        choices=BOXES,
+        default="update",
+        help="FFD boxes inside SU2 meshes: let them follow the shape (default), drop or keep them",
+    )
+    parser.add_argument("--json", action="store_true", help="print one JSON object")
+
+
+@dataclass
+class Morph:
+    """One mesh on its way."""
+
+    source: str
+    target: Path
+    mesh: Mesh
+    points: Array
+    result: dict[str, Any]
+
+
+def run(args: argparse.Namespace) -> int:
+    """Read, deform, then write; 1 if cells are inverted."""
+    if len(args.files) < 2:
+        raise InputError("morph needs at least one mesh and, last, a lattice")
+    *sources, lattice_file = args.files
+    content = read_lattice_file(lattice_file, args.block)
+    if len(content.blocks) > 1 and args.block is None:
+        note(f"{lattice_file} holds {len(content.blocks)} lattices; the first is taken (--block)")
+    rest, current = edited(content, args.move, args.weight, args.frozen)
+    targets = _targets(sources, Path(args.output))
+    for source, target in zip(sources, targets, strict=True):
+        if target.exists() and target.samefile(source):
+            raise InputError(f"{target}: this would overwrite the mesh that is read")
+    morphs = [
+        morphed(source, target, rest, current)
+        for source, target in zip(sources, targets, strict=True)
+    ]
+    if len(sources) > 1:
+        make_folder(Path(args.output))
+    for morph in morphs:
+        write_morphed(morph.mesh, morph.target, morph.points, [(rest, current)], args.boxes)
+    result = _together([morph.result for morph in morphs])
+    emit(result, "\n".join(_line(morph) for morph in morphs), args.json)
+    return 1 if result["inverted"] else 0
+
+
+def edited(
+    content: LatticeFile, moves: list[str], weights: list[str], frozen: int | None
+) -> tuple[Lattice, Lattice]:
+    """Lattice at rest and the deformed one with moves, weights and frozen layers applied."""
+    rest, current = content.rest, content.current
+    points, values = current.control_points.copy(), current.weights.copy()
+    for text in moves:
+        index, vector = assignment(text, "--move", rest)
+        if len(vector) not in ({2, 3} if rest.dimension == 2 else {3}):
+            raise InputError(f"--move {text}: three displacements are needed")
+        points[index][: len(vector)] += vector
+    for text in weights:
+        index, value = assignment(text, "--weight", rest)
+        if len(value) != 1 or value[0] <= 0:
+            raise InputError(f"--weight {text}: one positive number is needed")
+        values[index] = value[0]
+    layers = content.frozen if frozen is None else frozen
+    mask = frozen_mask(rest.shape, layers)
+    points[mask], values[mask] = rest.control_points[mask], rest.weights[mask]
+    return rest, rest.moved(points, values)
+
+
+def morphed(source: str, target: Path, rest: Lattice, current: Lattice) -> Morph:
+    """Read a mesh and deform it."""
+    mesh = read_mesh(source)
+    clock = [time.perf_counter()]
+    embedding = embed(rest, mesh.points)
+    clock.append(time.perf_counter())
+    points = embedding.deform(current)
+    clock.append(time.perf_counter())
+    if mesh.dimension == 2 and (points[:, 2] != mesh.points[:, 2]).any():
+        raise InputError(f"{source}: a 2D mesh cannot move in z")
+    if not (np.abs(points) < FARTHEST).all():
+        raise InputError(f"{source}: the lattice moves points beyond {FARTHEST:g}")
+    result = measured(mesh, points)
+    result["inside"] = int(embedding.inside.sum())
+    result["seconds"] = {"embed": clock[1] - clock[0], "deform": clock[2] - clock[1]}
+    return Morph(source, target, mesh, points, result)
+
+
+def measured(mesh: Mesh, points: Array) -> dict[str, Any]:
+    """Figures of a deformation."""
+    from ffdstudio.meshes import inverted, safe_amplitude
+
+    step = points - mesh.points
+    safe = safe_amplitude(mesh, step)
+    moved = (points.view(np.int64) != mesh.points.view(np.int64)).any(axis=1)
+    return {
+        "nodes": len(points),
+        "moved": int(moved.sum()),
+        "max_displacement": float(np.linalg.norm(step, axis=1).max(initial=0.0)),
+        "inverted": inverted(mesh, points).count,
+        "safe_amplitude": safe if np.isfinite(safe) else None,  # None: nothing ever inverts
+    }
+
+
+def _targets(sources: list[str], out: Path) -> list[Path]:
+    """Where each mesh goes: the file OUT, or its name in the folder OUT."""
+    if len(sources) == 1 and not out.is_dir():
+        return [out]
+    if out.exists() and not out.is_dir():
+        raise InputError(f"{out}: several meshes need a folder, this is a file")
+    names = [Path(source).name for source in sources]
+    if len(set(names)) < len(names):
+        raise InputError("two of the meshes have the same name: one folder cannot hold both")
+    return [out / name for name in names]
+
+
+def make_folder(folder: Path) -> None:
+    """Make a folder and those above it, as far as they are missing."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"cannot make {folder}: {(error.strerror or '').lower()}") from None
+
+
+def _together(results: list[dict[str, Any]]) -> dict[str, Any]:
+    """Totals over all meshes, and each of them when there are several."""
+    total = {key: sum(result[key] for result in results) for key in ("nodes", "moved", "inverted")}
+    total["max_displacement"] = max(result["max_displacement"] for result in results)
+    safe = [r["safe_amplitude"] for r in results if r["safe_amplitude"] is not None]
+    total["safe_amplitude"] = min(safe, default=None)
+    if len(results) == 1:
+        return {**results[0], **total}
+    return {**total, "meshes": results}
+
+
+def _line(morph: Morph) -> str:
+    result = morph.result
+    safe = result["safe_amplitude"]
+    limit = "safe at any multiple" if safe is None else f"safe up to {safe:.6g} times that"
+    return (
+        f"{morph.target}: {result['moved']} of {result['nodes']} nodes moved, by up to "
+        f"{result['max_displacement']:.4g}; {limit}; {result['inverted']} inverted cells"
+    )

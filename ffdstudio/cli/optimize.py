@@ -1,0 +1,143 @@
+"""``ffdstudio optimize``: a study from a case file."""
+
+from __future__ import annotations
+
+import argparse
+import math
+from pathlib import Path
+from typing import Any
+
+from ffdstudio.cli.morph import make_folder, measured
+from ffdstudio.cli.output import emit, note
+from ffdstudio.cli.study_files import write_common, write_contour
+from ffdstudio.engine import Lattice, embed
+from ffdstudio.engine.knots import Array
+from ffdstudio.errors import InputError
+from ffdstudio.exchange.morphed import write_morphed
+from ffdstudio.meshes import Mesh
+from ffdstudio.optimize import plots
+from ffdstudio.optimize.case import Case, read_case
+from ffdstudio.optimize.objectives.flow import FlowTarget
+from ffdstudio.optimize.panel import PanelFlow
+from ffdstudio.optimize.record import History, Record
+from ffdstudio.optimize.solver import Budget
+
+PACKAGE = Path(__file__).parents[1]
+PLACES = [place / "resources" / "cases" for place in (PACKAGE, PACKAGE.parent)]  # wheel, checkout
+EXAMPLES = next((place for place in PLACES if place.is_dir()), "resources/cases of the sources")
+MET = 1e-6  # largest violation of a constraint that counts as met
+
+
+def add(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments."""
+    parser.epilog = f"Example cases, one for each kind of objective: {EXAMPLES}"
+    parser.add_argument("case", metavar="CASE", help="case file, TOML")
+    parser.add_argument("-o", "--output", metavar="DIR", help="folder for log and results")
+    parser.add_argument("--resume", action="store_true", help="go on where the log in DIR ends")
+    parser.add_argument("--json", action="store_true", help="print one JSON object")
+
+
+def run(args: argparse.Namespace) -> int:
+    """Run the case, write everything, say where it ended."""
+    folder = None if args.output is None else Path(args.output)
+    if folder is not None:
+        make_folder(folder)
+    case = read_case(args.case, folder, args.resume)
+    _check_budget(args.case, case.study.budget)
+    history = case.study.run(_tell)
+    result = figures(history)
+    if folder is not None:
+        result["files"] = write(case, history, folder, Path(args.case).stem)
+        if case.mesh is not None:
+            name, result["mesh"] = _mesh(case.mesh, case.rest, history.lattice(-1), folder)
+            result["files"].append(name)
+    text = "\n".join(f"{key:<12} {value}" for key, value in result.items() if key != "history")
+    emit(result, text, args.json)
+    failed = result["ended"].startswith("failed") or result["violation"] > MET
+    return 1 if failed or result.get("mesh", {}).get("inverted") else 0
+
+
+def _check_budget(path: str, budget: Budget) -> None:
+    for name in ("evaluations", "iterations"):
+        count = getattr(budget, name)
+        if count is not None and count < 1:
+            raise InputError(f"{path}: {name} in [budget] must be at least 1, got {count}")
+
+
+def _tell(record: Record) -> None:
+    if record.kind == "iterate":
+        note(f"iteration {record.iteration}, {record.variables} variables: cost {record.cost:.6e}")
+    if record.kind == "refinement":
+        note(f"knot {record.note}")
+    if record.kind == "end":
+        note(f"ended: {record.note}")
+
+
+def figures(history: History) -> dict[str, Any]:
+    """What is printed."""
+    rows = [_row(record) for record in history.iterates]
+    last = history.iterates[-1]
+    missed = [v for k, v in last.measures.items() if k.startswith("violation")]
+    return {
+        **rows[-1],
+        "first_cost": history.iterates[0].cost,
+        "violation": max(missed, default=0.0),
+        "ended": history.records[-1].note,
+        "history": rows,
+    }
+
+
+def _row(record: Record) -> dict[str, Any]:
+    names = ("cost", "variables", "evaluation", "iteration", "flow", "adjoint", "seconds")
+    row = {name: getattr(record, name) for name in names}
+    row["gradient"] = None if math.isnan(record.gradient) else record.gradient
+    row["measures"] = record.measures
+    return row
+
+
+def write(case: Case, history: History, folder: Path, name: str) -> list[str]:
+    """Write lattice, project, CSV, plots and contour; returns the names of the files."""
+    current = history.lattice(-1)
+    rest = rest_of(case.rest, current)
+    plotted = ["cost", "variables"]
+    files = [*write_common(folder, name, rest, current, history, plotted, case.mesh), "log.jsonl"]
+    points = embed(rest, case.shape.points).deform(current)
+    if case.shape.triangles is None and case.shape.mesh is None:
+        files.append(write_contour(folder / "contour.dat", name, points))
+        curves = {"start": case.shape.points, "end": points}
+        files += plots.save(plots.outlines(curves, current.control_points), folder, "sections")
+    if isinstance(case.task.objective, FlowTarget):
+        files += _pressures(case.task.objective, case.shape.points, points, folder)
+    return files
+
+
+def rest_of(rest: Lattice, current: Lattice) -> Lattice:
+    """The first lattice at rest with the knots of a refined one."""
+    for axis in range(rest.dimension):
+        extra = list(current.knots[axis])
+        for knot in rest.knots[axis]:
+            extra.remove(knot)
+        rest = rest.insert_knots(axis, extra)
+    return rest
+
+
+def _pressures(objective: FlowTarget, start: Array, end: Array, folder: Path) -> list[str]:
+    files = []
+    for k, angle in enumerate(objective.angles):
+        curves = {}
+        for name, points in (("start", start), ("end", end)):
+            flow = PanelFlow(points, [angle])
+            curves[name] = (flow.middles.real, flow.pressure[0])
+        if objective.pressure is not None:
+            curves["target"] = (curves["start"][0], objective.pressure[k])
+        files += plots.save(plots.pressures(curves), folder, f"pressure_{angle:g}")
+    return files
+
+
+def _mesh(mesh: Mesh, first: Lattice, current: Lattice, folder: Path) -> tuple[str, dict[str, Any]]:
+    """The whole mesh follows the lattice; returns the name of its file and its figures."""
+    rest = rest_of(first, current)
+    points = embed(rest, mesh.points).deform(current)
+    name = f"morphed{Path(str(mesh.path)).suffix}"
+    write_morphed(mesh, folder / name, points, [(rest, current)])
+    return name, measured(mesh, points)

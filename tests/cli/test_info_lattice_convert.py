@@ -1,0 +1,172 @@
+"""`ffdstudio info`, `lattice` and `convert`."""
+
+import numpy as np
+import pytest
+
+from ffdstudio import Lattice, Project, read_lattice, read_mesh, write_lattice
+from ffdstudio.exchange import read_lattice_file
+
+# ---- info -----------------------------------------------------------------------------------
+
+
+def test_info_of_a_mesh(ffdstudio, square):
+    result = ffdstudio.json("info", square)
+    assert result == {
+        "format": "su2",
+        "dimension": 2,
+        "nodes": 81,
+        "cells": {"triangle": 128},
+        "markers": {"bottom": 8, "top": 8},
+        "bounds": [[0, 0, 0], [1, 1, 0]],
+        "lattices": [],
+    }
+    assert ffdstudio("info", square) == 0
+    assert "triangle 128" in ffdstudio.out
+
+
+def test_info_of_real_meshes(ffdstudio, shared):
+    result = ffdstudio.json("info", shared / "meshes" / "su2" / "mesh_brick_prism_ffd.su2")
+    assert (result["nodes"], result["cells"]) == (16800, {"wedge": 29640})
+    assert result["lattices"][0]["tag"] == "MAIN_BOX"
+    assert result["lattices"][0]["shape"] == [5, 5, 2]
+    result = ffdstudio.json("info", shared / "meshes" / "wing" / "oneram6_tets.su2")
+    assert result["dimension"] == 3
+
+
+def test_info_of_a_lattice_and_of_a_project(ffdstudio, square, tmp_path):
+    path = tmp_path / "a.lattice.json"
+    write_lattice(path, Lattice.box([0, 0], [1, 2], shape=(4, 3)), frozen=1, units="m")
+    result = ffdstudio.json("info", path)
+    assert (result["shape"], result["degrees"], result["frozen"]) == ([4, 3], [3, 2], 1)
+    assert result["bounds"] == [[0, 0, 0], [1, 2, 0]]
+    project = Project()
+    project.add_mesh(square)
+    project.save(tmp_path / "p.ffdproj")
+    square.unlink()
+    result = ffdstudio.json("info", tmp_path / "p.ffdproj")
+    assert list(result["bodies"]) == ["square"]
+    assert "missing" in result["problems"][0]
+
+
+# ---- lattice --------------------------------------------------------------------------------
+
+
+def made(ffdstudio, mesh, folder, *words):
+    path = folder / "l.lattice.json"
+    assert ffdstudio("lattice", mesh, *words, "-o", path) == 0
+    return read_lattice(path)[0]
+
+
+def corners(lattice):
+    flat = lattice.control_points.reshape(-1, 3)
+    return flat.min(axis=0), flat.max(axis=0)
+
+
+def test_a_lattice_around_everything(ffdstudio, cube, tmp_path):
+    words = ["--shape", 5, 4, 3, "--degree", 3, 2, 1, "--margin", 0.1]
+    lattice = made(ffdstudio, cube, tmp_path, *words)
+    assert (lattice.shape, lattice.degrees) == ((5, 4, 3), (3, 2, 1))
+    low, high = corners(lattice)
+    assert np.allclose([low, high], [[-0.1] * 3, [1.1] * 3], rtol=0, atol=1e-15)
+
+
+def test_a_lattice_around_a_marker(ffdstudio, square, tmp_path):
+    words = ["--shape", 4, 3, "--marker", "top", "--margin", 0.05]
+    low, high = corners(made(ffdstudio, square, tmp_path, *words))
+    assert low[1] < 1 < high[1]
+    assert (low[0], high[0]) == (-0.05, 1.05)
+    assert ffdstudio("lattice", square, "--marker", "hull", "-o", tmp_path / "x.lattice.json") == 2
+    assert "no marker hull in this mesh; it has: bottom, top" in ffdstudio.err
+
+
+@pytest.mark.parametrize(("mesh", "d"), [("square", 2), ("cube", 3)])
+def test_the_default_has_the_dimension_of_the_mesh(ffdstudio, request, tmp_path, mesh, d):
+    lattice = made(ffdstudio, request.getfixturevalue(mesh), tmp_path)
+    assert lattice.shape == (8, 6, 4)[:d]
+    assert lattice.degrees == (3, 3, 3)[:d]
+
+
+def test_three_directions_around_a_plane_mesh_make_a_slab(ffdstudio, square, tmp_path):
+    lattice = made(ffdstudio, square, tmp_path, "--shape", 4, 4, 2, "--margin", 0)
+    low, high = corners(lattice)
+    assert (low[2], high[2]) == (-0.5, 0.5)
+    out = tmp_path / "out.su2"
+    words = ["--move", "1,1,0=0.01,0,0", "--move", "1,1,1=0.01,0,0"]
+    assert ffdstudio("morph", square, tmp_path / "l.lattice.json", "-o", out, *words) == 0
+
+
+def test_directions_may_be_chosen(ffdstudio, cube, tmp_path):
+    lattice = made(ffdstudio, cube, tmp_path, "--shape", 4, 3, "--axes", "zx")
+    assert np.array_equal(lattice.axes, [[0, 0, 1], [1, 0, 0]])
+    assert made(ffdstudio, cube, tmp_path, "--shape", 4).axes.tolist() == [[1, 0, 0]]
+
+
+def test_a_lattice_may_be_written_for_another_tool(ffdstudio, cube, tmp_path):
+    assert ffdstudio("lattice", cube, "--shape", 6, 4, 4, "-o", tmp_path / "l.xyz") == 0
+    assert read_lattice_file(tmp_path / "l.xyz").format == "plot3d"
+
+
+@pytest.mark.parametrize(
+    ("words", "cause"),
+    [
+        (["--shape", "1", "4"], "at least 2"),
+        (["--shape", "4", "4", "4", "4"], "1 to 3 numbers"),
+        (["--shape", "4", "4", "--degree", "4"], "degree 4"),
+        (["--shape", "4", "4", "--degree", "0"], "degree 0"),
+        (["--shape", "4", "4", "--degree", "1", "1", "1"], "as many degrees"),
+        (["--shape", "4", "4", "--frozen", "2"], "leaves nothing"),
+    ],
+)
+def test_wrong_lattices_are_refused(ffdstudio, square, tmp_path, words, cause):
+    assert ffdstudio("lattice", square, *words, "-o", tmp_path / "l.lattice.json") == 2
+    assert cause in ffdstudio.err
+    assert ffdstudio.err.count("\n") == 1
+    assert not (tmp_path / "l.lattice.json").exists()
+
+
+# ---- convert --------------------------------------------------------------------------------
+
+
+def test_convert_says_whether_it_is_exact(ffdstudio, tmp_path):
+    box = Lattice.box([0, 0, 0], [1, 1, 1], shape=(6, 4, 4))
+    write_lattice(tmp_path / "a.lattice.json", box, box.moved(box.control_points * 1.5))
+    result = ffdstudio.json("convert", tmp_path / "a.lattice.json", tmp_path / "a.xyz")
+    assert ffdstudio.code == 0
+    assert result["import"]["exact"]
+    assert not result["export"]["exact"]
+    assert "one net" in result["export"]["reason"]
+    assert ffdstudio("convert", tmp_path / "a.xyz", tmp_path / "b.lattice.json") == 0
+    back = read_lattice(tmp_path / "b.lattice.json")[0]
+    assert np.array_equal(back.control_points, box.control_points * 1.5)
+
+
+def test_convert_refuses_what_is_not_exact_until_told(ffdstudio, tmp_path):
+    box = Lattice.box([0, 0, 0], [1, 1, 1], (6, 4, 4), (2, 2, 2))
+    write_lattice(tmp_path / "a.lattice.json", box)
+    words = ["convert", tmp_path / "a.lattice.json", tmp_path / "a.xyz"]
+    assert ffdstudio(*words) == 2
+    assert "resample" in ffdstudio.err
+    assert ffdstudio(*words, "--adapt", "resample") == 0
+    assert "the shape differs by up to" in ffdstudio.out
+
+
+def test_convert_chooses_a_block_and_says_how_many(ffdstudio, shared, tmp_path):
+    source = shared / "meshes" / "plot3d" / "dpw4FFD.xyz"
+    assert ffdstudio("convert", source, tmp_path / "a.lattice.json") == 0
+    assert "holds 26 lattices" in ffdstudio.err
+    assert ffdstudio("convert", source, tmp_path / "b.lattice.json", "--block", 1) == 0
+    assert ffdstudio.err == ""
+    assert read_lattice(tmp_path / "b.lattice.json")[0] == read_lattice(source, block=1)[0]
+
+
+def test_convert_puts_a_box_into_a_mesh(ffdstudio, square, tmp_path):
+    box = Lattice.box([-0.1, -0.1], [1.1, 1.1], shape=(5, 4))
+    write_lattice(tmp_path / "a.lattice.json", box)
+    words = ["convert", tmp_path / "a.lattice.json", square, "--tag", "WING", "--marker", "top"]
+    assert ffdstudio(*words) == 0
+    text = square.read_text()
+    assert "FFD_SURFACE_POINTS= 9\n" in text
+    assert "bottom\t" not in text
+    assert np.array_equal(read_lattice(square, block="WING")[0].control_points, box.control_points)
+    assert len(read_mesh(square).points) == 81
+    assert ffdstudio("convert", square, tmp_path / "b.g2", "--tag", "X") == 2

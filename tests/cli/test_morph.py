@@ -1,0 +1,212 @@
+"""`ffdstudio morph`."""
+
+import numpy as np
+import pytest
+
+from ffdstudio import Lattice, read_lattice, read_mesh, write_lattice
+from ffdstudio.exchange import su2
+
+
+def lattice_file(folder, shape=(5, 5), frozen=0, **box):
+    path = folder / "box.lattice.json"
+    d = len(shape)
+    lattice = Lattice.box(box.get("lower", [0.0] * d), box.get("upper", [1.0] * d), shape)
+    write_lattice(path, lattice, frozen=frozen)
+    return path, lattice
+
+
+def moved_text(old, new):
+    return [
+        i for i, (a, b) in enumerate(zip(old.splitlines(), new.splitlines(), strict=True)) if a != b
+    ]
+
+
+def test_nothing_moved_gives_the_same_bytes(ffdstudio, square, tmp_path):
+    path, _ = lattice_file(tmp_path)
+    out = tmp_path / "out.su2"
+    result = ffdstudio.json("morph", square, path, "-o", out)
+    assert ffdstudio.code == 0
+    assert out.read_bytes() == square.read_bytes()
+    assert (result["moved"], result["max_displacement"], result["inverted"]) == (0, 0.0, 0)
+
+
+def test_a_move_changes_the_lines_of_moved_nodes_and_nothing_else(ffdstudio, square, tmp_path):
+    path, lattice = lattice_file(tmp_path)
+    out = tmp_path / "out.su2"
+    result = ffdstudio.json("morph", square, path, "-o", out, "--move", "2,2=0.01,0.02,0")
+    assert ffdstudio.code == 0
+    before, after = read_mesh(square).points, read_mesh(out).points
+    changed = moved_text(square.read_text(), out.read_text())
+    assert len(changed) == result["moved"] == int((before != after).any(axis=1).sum()) > 0
+    from ffdstudio import embed
+
+    points = lattice.control_points.copy()
+    points[2, 2] += [0.01, 0.02, 0]
+    expected = embed(lattice, before).deform(lattice.moved(points))
+    assert np.array_equal(after, expected)
+    assert result["max_displacement"] == np.linalg.norm(after - before, axis=1).max()
+    assert result["nodes"] == 81
+    assert result["safe_amplitude"] > 1
+
+
+def test_moves_of_one_point_add_up_and_weights_pull(ffdstudio, square, tmp_path):
+    path, _ = lattice_file(tmp_path)
+    out, again = tmp_path / "out.su2", tmp_path / "again.su2"
+    ffdstudio("morph", square, path, "-o", out, "--move", "2,2=0.01,0,0", "--move", "2,2=0.01,0,0")
+    ffdstudio("morph", square, path, "-o", again, "--move", "2,2=0.02,0,0")
+    assert out.read_bytes() == again.read_bytes()
+    result = ffdstudio.json("morph", square, path, "-o", out, "--weight", "3,3=2")
+    step = read_mesh(out).points - read_mesh(square).points
+    assert result["moved"] > 0
+    assert step.sum() > 0  # towards the control point, which lies up and to the right of the middle
+
+
+def test_inverted_cells_are_exit_code_1_and_still_written(ffdstudio, square, tmp_path):
+    path, _ = lattice_file(tmp_path)
+    out = tmp_path / "out.su2"
+    result = ffdstudio.json("morph", square, path, "-o", out, "--move", "2,2=1.5,0,0")
+    assert ffdstudio.code == 1
+    old, new = read_mesh(square), read_mesh(out)
+    a, b, c = (new.points[old.cells["triangle"][:, k]] for k in range(3))
+    area = np.cross(b - a, c - a)[:, 2]
+    assert result["inverted"] == int((area <= 0).sum()) > 0
+    assert 0 < result["safe_amplitude"] < 1
+
+
+def test_frozen_layers_stay_and_the_file_says_how_many(ffdstudio, square, tmp_path):
+    out = tmp_path / "out.su2"
+    path, _ = lattice_file(tmp_path, (6, 6), frozen=2)
+    words = ["morph", square, path, "-o", out, "--move", "1,2=0.1,0,0", "--weight", "4,2=3"]
+    assert ffdstudio.json(*words)["moved"] == 0
+    assert ffdstudio.json(*words, "--frozen", "0")["moved"] > 0
+    assert ffdstudio.json(*words, "--frozen", "1")["moved"] > 0
+    assert ffdstudio(*words, "--frozen", "3") == 2
+    assert "frozen" in ffdstudio.err
+
+
+def test_frozen_layers_of_a_deformed_lattice_are_reset(ffdstudio, square, tmp_path):
+    rest = Lattice.box([0, 0], [1, 1], shape=(6, 6))
+    write_lattice(tmp_path / "l.lattice.json", rest, rest.moved(rest.control_points * [1.1, 1, 1]))
+    out = tmp_path / "out.su2"
+    ffdstudio("morph", square, tmp_path / "l.lattice.json", "-o", out, "--frozen", "1")
+    before, after = read_mesh(square).points, read_mesh(out).points
+    border = ((before[:, :2] == 0) | (before[:, :2] == 1)).any(axis=1)
+    assert np.array_equal(before[border], after[border])
+    assert not np.array_equal(before, after)
+
+
+def test_bodies_that_touch_stay_together_to_the_bit(ffdstudio, cubes, tmp_path):
+    curved = Lattice.box([-0.2, -0.1, -0.1], [2.2, 1.1, 1.1], shape=(6, 5, 4))
+    bend = 0.1 * np.sin(2 * curved.control_points[..., :1]) * [0.3, 1, 1]
+    rest = curved.moved(curved.control_points + bend)
+    write_lattice(tmp_path / "l.lattice.json", rest)
+    words = [*cubes, tmp_path / "l.lattice.json", "-o", tmp_path / "out"]
+    moves = ["--move", "2,2,2=0.03,0.05,0.02", "--weight", "3,2,1=1.7"]
+    result = ffdstudio.json("morph", *words, *moves)
+    assert len(result["meshes"]) == 2
+    assert result["moved"] == sum(mesh["moved"] for mesh in result["meshes"])
+    old = [read_mesh(path).points for path in cubes]
+    new = [read_mesh(tmp_path / "out" / path.name).points for path in cubes]
+    key = [{tuple(p): i for i, p in enumerate(points)} for points in old]
+    shared = key[0].keys() & key[1].keys()
+    assert len(shared) == 16
+    for point in shared:
+        a, b = new[0][key[0][point]], new[1][key[1][point]]
+        assert a.tobytes() == b.tobytes()
+        assert not np.array_equal(a, point)
+
+
+def test_one_direction_stretches(ffdstudio, cube, tmp_path):
+    lattice = Lattice.box([0], [1], shape=(4,))
+    write_lattice(tmp_path / "l.lattice.json", lattice)
+    out = tmp_path / "out.su2"
+    assert (
+        ffdstudio("morph", cube, tmp_path / "l.lattice.json", "-o", out, "--move", "3=0.5,0,0") == 0
+    )
+    before, after = read_mesh(cube).points, read_mesh(out).points
+    assert np.allclose(after[:, 0], before[:, 0] + 0.5 * before[:, 0] ** 3, rtol=0, atol=1e-15)
+    assert np.array_equal(after[:, 1:], before[:, 1:])
+
+
+def test_the_box_in_an_su2_mesh_deforms_that_mesh_and_follows(ffdstudio, square, tmp_path):
+    write_lattice(square, Lattice.box([-0.1, -0.1], [1.1, 1.1], shape=(4, 4)), tag="BOX")
+    out = tmp_path / "out.su2"
+    assert ffdstudio("morph", square, square, "-o", out, "--move", "2,2=0,0.05,0") == 0
+    assert ffdstudio.err == ""
+    old, new = read_lattice(square)[0], read_lattice(out)[0]
+    step = new.control_points - old.control_points
+    assert step[2, 2, 1] == pytest.approx(0.05)
+    assert np.count_nonzero(step) == 1
+    assert (
+        ffdstudio("morph", square, square, "-o", out, "--move", "2,2=0,0.05,0", "--boxes", "keep")
+        == 0
+    )
+    assert "FFD boxes" in ffdstudio.err
+    assert read_lattice(out)[0] == old
+    assert ffdstudio("morph", square, square, "-o", out, "--boxes", "strip") == 0
+    assert su2.tags(out.read_bytes(), "out") == []
+
+
+@pytest.mark.parametrize(
+    ("words", "cause"),
+    [
+        (["--move", "5,0=0,0,0"], "I runs from 0 to 4"),
+        (["--move", "0,0,0=0,0,0"], "2 directions"),
+        (["--move", "0=0,0,0"], "2 directions"),
+        (["--move=-1,0=0,0,0"], "must read I,J,K=DX,DY,DZ"),
+        (["--move", "0,0=0"], "three displacements"),
+        (["--move", "0,0=nan,0,0"], "must read"),
+        (["--move", "0,0=inf,0,0"], "must read"),
+        (["--move", "0,0"], "must read"),
+        (["--weight", "0,0=0"], "positive"),
+        (["--weight", "0,0=-1"], "positive"),
+        (["--weight", "0,0=1,2"], "one positive number"),
+        (["--weight", "0,0=x"], "must read I,J,K=W"),
+        (["--move", "2,2=0,0,0.1"], "cannot move in z"),
+        (["--block", "7"], "no lattice"),
+        (["--frozen", "-1"], "--frozen"),
+    ],
+)
+def test_wrong_edits_are_refused_and_write_nothing(ffdstudio, square, tmp_path, words, cause):
+    path, _ = lattice_file(tmp_path)
+    assert ffdstudio("morph", square, path, "-o", tmp_path / "out.su2", *words) == 2
+    assert cause in ffdstudio.err
+    assert ffdstudio.err.count("\n") == 1
+    assert not (tmp_path / "out.su2").exists()
+
+
+def test_a_broken_mesh_among_several_leaves_nothing(ffdstudio, square, tmp_path):
+    path, _ = lattice_file(tmp_path)
+    (tmp_path / "bad.su2").write_text("NDIME= 2\n")
+    assert ffdstudio("morph", square, tmp_path / "bad.su2", path, "-o", tmp_path / "out") == 2
+    assert not (tmp_path / "out").exists()
+
+
+def test_names_that_collide_and_files_for_folders_are_refused(ffdstudio, square, tmp_path):
+    path, _ = lattice_file(tmp_path)
+    (tmp_path / "a").mkdir()
+    twin = tmp_path / "a" / "square.su2"
+    twin.write_bytes(square.read_bytes())
+    assert ffdstudio("morph", square, twin, path, "-o", tmp_path / "out") == 2
+    assert "same name" in ffdstudio.err
+    assert ffdstudio("morph", square, square, path, "-o", square) == 2
+    assert ffdstudio("morph", square, path, "-o", tmp_path / "a") == 0
+    assert twin.read_bytes() == square.read_bytes()
+
+
+@pytest.mark.parametrize("folder", [False, True])
+def test_the_mesh_that_is_read_is_not_overwritten(ffdstudio, square, tmp_path, folder):
+    path, _ = lattice_file(tmp_path)
+    before = square.read_bytes()
+    out = square.parent if folder else square
+    assert ffdstudio("morph", square, path, "--move", "1,1=0,0.1", "-o", out) == 2
+    assert "would overwrite the mesh that is read" in ffdstudio.err
+    assert square.read_bytes() == before
+
+
+def test_a_motion_beyond_all_bounds_is_refused(ffdstudio, square, tmp_path):
+    path, _ = lattice_file(tmp_path)
+    out = tmp_path / "out.su2"
+    assert ffdstudio("morph", square, path, "--move", "1,1=0,1e300", "-o", out) == 2
+    assert "beyond 1e+100" in ffdstudio.err
+    assert not out.exists()
