@@ -1,0 +1,248 @@
+"""Files in and out: what the File menu does."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterable
+from pathlib import Path
+
+from PySide6.QtWidgets import QMenu
+
+from ffdstudio.gui.dialogs.ask import Question
+from ffdstudio.gui.jobs import Job
+from ffdstudio.gui.start import examples
+from ffdstudio.gui.studio import Studio
+from ffdstudio.project.document import Document
+from ffdstudio.project.model import Body
+
+PROJECT = ".ffdproj"
+PROJECT_FILTER = f"FFD Studio project (*{PROJECT})"
+JOURNAL_FILTER = "Journal (*.journal)"
+PICTURE_FILTER = "Picture (*.png *.jpg *.webp)"
+
+
+def open_filters() -> str:
+    """Filters of the open dialog: all that is known first, then one by one, then anything."""
+    from ffdstudio.exchange.registry import FORMATS as LATTICES
+    from ffdstudio.meshes.formats import FORMATS as MESHES
+
+    rows = [("Projects", [PROJECT])]
+    rows += [(row.title, list(row.suffixes)) for row in MESHES if row.suffixes]
+    rows += [(row.title, list(row.suffixes)) for row in LATTICES]
+    every = sorted({suffix for _, suffixes in rows for suffix in suffixes})
+    lines = [("All known files", every), *rows, ("All files", [""])]
+    return ";;".join(
+        f"{title} ({' '.join('*' + s for s in suffixes)})" for title, suffixes in lines
+    )
+
+
+def lattice_filters() -> str:
+    """Filters for writing a lattice, ours first."""
+    from ffdstudio.exchange.registry import FORMATS
+
+    return ";;".join(f"{row.title} ({' '.join('*' + s for s in row.suffixes)})" for row in FORMATS)
+
+
+class FileHandler:
+    """Opens, saves and exports."""
+
+    def __init__(
+        self, studio: Studio, picture: Callable[[Path], None], close: Callable[[], bool]
+    ) -> None:
+        self._studio = studio
+        self._picture = picture
+        self._close = close
+        self.chosen_body: Callable[[], Body | None] = lambda: None
+        self.show_inverted: Callable[[str], None] = lambda key: None
+        self.may_stop: Callable[[], bool] = lambda: True  # asks if a study is under way
+
+    @property
+    def _document(self) -> Document:
+        return self._studio.document
+
+    # ---- in ---------------------------------------------------------------------------------
+
+    def open(self) -> None:
+        """Ask for files and open them."""
+        paths = self._studio.asker.open_paths("Open", open_filters(), self._folder())
+        self.open_paths(paths)
+
+    def open_folder(self) -> None:
+        """Ask for a folder that is a mesh, such as a case of OpenFOAM, and open it."""
+        path = self._studio.asker.open_folder("Open case folder", self._folder())
+        if path is not None:
+            self.open_paths([path])
+
+    def open_paths(self, paths: Iterable[Path]) -> None:
+        """Open projects, lattices and meshes, each by its name."""
+        for path in paths:
+            self._open_one(Path(os.path.abspath(path)))  # noqa: PTH100 - keeps symbolic links
+
+    def _open_one(self, path: Path) -> None:
+        name = path.name.lower()
+        if name.endswith(PROJECT):
+            if self.may_discard():
+                self._document.open(path)
+            else:
+                return
+        elif is_lattice(name):
+            self._document.import_lattice(path)
+        else:
+            self._document.open_mesh(path)
+        self._studio.settings.put("folder", str(path.parent))
+        self._studio.settings.remember(path)
+        self._studio.said.emit(f"Opening {path.name} …")
+
+    def fill_recent(self, menu: QMenu) -> None:
+        """List recent files in a menu."""
+        menu.clear()
+        for path in self._studio.settings.recent():
+            self._offer(menu, path.name, str(path), path)
+        menu.addSeparator()
+        menu.addAction("Forget these").triggered.connect(self._studio.settings.forget_recent)
+
+    def fill_examples(self, menu: QMenu) -> None:
+        """List the samples that come with the program in a menu."""
+        menu.clear()
+        for example in examples():
+            self._offer(menu, f"{example.title}: {example.text}", str(example.path), example.path)
+
+    def _offer(self, menu: QMenu, text: str, tip: str, path: Path) -> None:
+        action = menu.addAction(text.replace("&", "&&"))
+        action.setStatusTip(tip)
+        action.triggered.connect(lambda: self.open_paths([path]))
+
+    def new(self) -> None:
+        """Start afresh."""
+        if self.may_discard():
+            self._document.clear()
+
+    # ---- out --------------------------------------------------------------------------------
+
+    def save(self) -> None:
+        """Save under the project's name; ask for one if there is none."""
+        if self._document.path is None:
+            self.save_as()
+        else:
+            self._document.save(self._document.path)
+
+    def save_as(self, pack: bool = False) -> None:
+        """Save under a name to be asked for."""
+        suggestion = self._document.path or self._suggest(PROJECT)
+        path = self._studio.asker.save_path("Save project", PROJECT_FILTER, suggestion)
+        if path is not None:
+            self._document.save(path, pack_meshes=pack)
+            self._studio.settings.put("folder", str(path.parent))
+
+    def save_packed(self) -> None:
+        """Save with the meshes inside."""
+        self.save_as(pack=True)
+
+    def export_mesh(self) -> None:
+        """Write a deformed body: the chosen one, or the only one."""
+        body = self.chosen_body() or self._document.model.bodies[0]
+        if not self._confirmed(body):
+            return
+        source = Path(body.path)
+        suggestion = source.with_name(f"{source.stem}_deformed{source.suffix}")
+        filters = f"As it came (*{source.suffix or ''});;" + open_filters().split(";;", 2)[2]
+        path = self._studio.asker.save_path(f"Export {body.name}", filters, suggestion)
+        if path is not None:
+            self._document.export_mesh(body.key, path)
+
+    def _confirmed(self, body: Body) -> bool:
+        """Ask before cells that are inside out are written."""
+        if self._document.volume(body.key) is None:
+            self._studio.jobs.finish()
+        volume = self._document.volume(body.key)
+        if volume is None or not volume.inverted:
+            return True
+        question = Question(
+            "Inverted cells",
+            f"{volume.inverted} cells of {body.name} are inside out.",
+            "A solver will refuse this mesh. Undo the last edits, or export it all the same.",
+            (
+                ("show", "&Show the cells"),
+                ("export", "&Export all the same"),
+                ("cancel", "&Do not export"),
+            ),
+        )
+        answer = self._studio.asker.choose(question)
+        if answer == "show":
+            self.show_inverted(body.key)
+        return answer == "export"
+
+    def export_lattice(self) -> None:
+        """Write the active lattice."""
+        item = self._document.model.active_lattice
+        if item is None:
+            return
+        suggestion = self._folder() / f"{item.name}.lattice.json"
+        path = self._studio.asker.save_path(f"Export {item.name}", lattice_filters(), suggestion)
+        if path is not None:
+            self._document.export_lattice(item.key, path)
+
+    def export_picture(self) -> None:
+        """Write what the viewport shows."""
+        path = self._studio.asker.save_path("Export picture", PICTURE_FILTER, self._suggest(".png"))
+        if path is not None:
+            done = self._studio.attempt("Export picture", lambda: self._picture(path))
+            if done:
+                self._studio.say(f"{path} written")
+
+    def export_journal(self) -> None:
+        """Write the journal."""
+        target = self._suggest(".journal")
+        path = self._studio.asker.save_path("Export journal", JOURNAL_FILTER, target)
+        if path is not None:
+            save = lambda: self._document.journal.save(path)  # noqa: E731
+            if self._studio.attempt("Export journal", save):
+                self._studio.say(f"{path} written: repeat it with  ffdstudio replay {path.name}")
+
+    def quit(self) -> None:
+        """Close the window."""
+        self._close()
+
+    # ---- questions --------------------------------------------------------------------------
+
+    def may_discard(self) -> bool:
+        """Ask what to do with unsaved changes; whether they may go, because saved or unwanted."""
+        if not self.may_stop():
+            return False
+        self._studio.jobs.finish(_writes)
+        if not self._document.modified:
+            return True
+        name = self._document.path.name if self._document.path else "this project"
+        question = Question(
+            "Unsaved changes",
+            f"Save the changes in {name}?",
+            "They will be lost otherwise.",
+            (("save", "&Save"), ("discard", "&Discard"), ("cancel", "Cancel")),
+        )
+        answer = self._studio.asker.choose(question)
+        if answer == "save":
+            self.save()
+            self._studio.jobs.finish(_writes)
+            return not self._document.modified
+        return answer == "discard"
+
+    def _folder(self) -> Path:
+        return Path(self._studio.settings.text("folder", str(Path.home())))
+
+    def _suggest(self, suffix: str) -> Path:
+        if self._document.path is not None:
+            return self._document.path.with_suffix(suffix)
+        bodies = self._document.model.bodies
+        return self._folder() / ((bodies[0].name if bodies else "project") + suffix)
+
+
+def _writes(job: Job) -> bool:
+    """Whether a job writes what the user has asked for."""
+    return job.label.startswith(("Saving", "Exporting"))
+
+
+def is_lattice(name: str) -> bool:
+    """Whether a file's name says that it holds a lattice, PLOT3D's names among them."""
+    from ffdstudio.exchange.registry import is_lattice_file
+
+    return is_lattice_file(name)

@@ -1,0 +1,143 @@
+"""What the View and Help menus do."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from ffdstudio.gui.actions import Actions
+from ffdstudio.gui.dialogs.palette import Palette
+from ffdstudio.gui.dialogs.sheet import ShortcutSheet
+from ffdstudio.gui.navigation import AXIS_VIEWS, looking
+from ffdstudio.gui.scene import Scene
+from ffdstudio.gui.state import Section
+from ffdstudio.gui.studio import Studio
+from ffdstudio.gui.table import ROWS
+from ffdstudio.project import commands as c
+from ffdstudio.project.model import Body
+
+
+class ViewHandler:
+    """The viewer's place and what he sees."""
+
+    def __init__(
+        self,
+        studio: Studio,
+        scene: Scene,
+        set_theme: Callable[[str], None],
+        reset: Callable[[], None],
+    ) -> None:
+        self._studio, self._scene = studio, scene
+        self._set_theme, self.reset_layout = set_theme, reset
+        self.chosen_body: Callable[[], Body | None] = lambda: None
+
+    def fit(self) -> None:
+        """Show everything."""
+        self._scene.viewport.fit()
+
+    def fit_selected(self) -> None:
+        """Come close to the selected points, with some room around."""
+        item = self._studio.document.model.active_lattice
+        points = sorted(self._studio.document.selection)
+        if item is None or not points:
+            return
+        places = item.current.control_points[tuple(np.array(points).T)]
+        room = 0.15 * item.rest.diagonal
+        bounds = np.array([places.min(axis=0) - room, places.max(axis=0) + room])
+        self._scene.viewport.fit(bounds)
+
+    def side(self, name: str) -> None:
+        """Look from a side of `AXIS_VIEWS`."""
+        viewport = self._scene.viewport
+        viewport.view = looking(*AXIS_VIEWS[name], viewport.view)
+        viewport.fit()
+
+    def parallel(self, on: bool) -> None:
+        """Parallel or perspective projection."""
+        self._scene.viewport.view = replace(self._scene.viewport.view, parallel=on)
+
+    def switch(self, name: str, on: bool) -> None:
+        """Draw something, or not; the names are those of `Shown`."""
+        self._studio.state.show(**{name: on})
+
+    def section(self, on: bool) -> None:
+        """Cut volume meshes open."""
+        self._studio.state.show(section=Section() if on else None)
+
+    def isolate(self) -> None:
+        """Show the chosen body alone."""
+        body = self.chosen_body() or self._studio.document.model.bodies[0]
+        self._studio.do(c.Isolate(body.key))
+
+    def show_all(self) -> None:
+        """Show all that is hidden."""
+        model = self._studio.document.model
+        hidden = tuple(body.key for body in model.bodies if not body.visible)
+        hidden += tuple(item.key for item in model.lattices if not item.visible)
+        if hidden:
+            self._studio.do(c.Show(hidden))
+        for body in model.bodies:
+            if body.hidden_markers:
+                self._studio.do(c.ShowMarkers(body.key, tuple(sorted(body.hidden_markers))))
+
+    def light(self) -> None:
+        """Light theme."""
+        self._set_theme("light")
+
+    def dark(self) -> None:
+        """Dark theme."""
+        self._set_theme("dark")
+
+
+class HelpHandler:
+    """Palette, sheet, log, about."""
+
+    def __init__(self, studio: Studio, actions: Actions) -> None:
+        self._studio, self._actions = studio, actions
+
+    def palette(self) -> None:
+        """Ask for a command and carry it out."""
+        named = [(row.menu.replace("&", ""), self._actions.by_name[row.name]) for row in ROWS]
+        others = [pair for pair in named if pair[1].objectName() != "help.palette"]
+        assert self._studio.asker.parent is not None
+        dialog = Palette(others, self._studio.asker.parent)
+        if self._studio.asker.run(dialog) and dialog.chosen is not None:
+            dialog.chosen.trigger()
+
+    def shortcuts(self) -> None:
+        """Show the sheet of keys."""
+        assert self._studio.asker.parent is not None
+        self._studio.asker.run(ShortcutSheet(self._studio.asker.parent))
+
+    def log(self) -> None:
+        """Show the end of the log."""
+        from ffdstudio.gui.errors import Problem, log_path
+
+        text = _tail(log_path())
+        self._studio.asker.tell(
+            Problem("Log", f"Kept in {log_path()}", "" if text else "It is empty.", text, False)
+        )
+
+    def about(self) -> None:
+        """Show version and licence."""
+        from ffdstudio import __version__
+        from ffdstudio.gui.errors import Problem
+
+        self._studio.asker.tell(
+            Problem(
+                f"FFD Studio {__version__}",
+                "Adaptive free-form deformation of geometry and CFD meshes. MIT licence.",
+                warning=False,
+            )
+        )
+
+
+def _tail(path: Path, size: int = 20_000) -> str:
+    try:
+        data = path.read_bytes()
+    except OSError:
+        return ""
+    return data[-size:].decode("utf-8", "replace")

@@ -1,0 +1,122 @@
+"""Where the viewer stands and how the mouse moves him: plain arithmetic, no window.
+
+VTK's interactor styles render by themselves, react to single letters and know nothing of a
+mesh locked to its plane; these few functions replace them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Array = NDArray[np.float64]
+
+ANGLE = 30.0  # degrees from the lower to the upper border in perspective
+DEGREES_PER_PIXEL = 0.4
+STEP = 1.2  # one click of the wheel
+
+AXIS_VIEWS: dict[str, tuple[tuple[float, ...], tuple[float, ...]]] = {
+    "+x": ((1, 0, 0), (0, 0, 1)),
+    "-x": ((-1, 0, 0), (0, 0, 1)),
+    "+y": ((0, 1, 0), (0, 0, 1)),
+    "-y": ((0, -1, 0), (0, 0, 1)),
+    "+z": ((0, 0, 1), (0, 1, 0)),
+    "-z": ((0, 0, -1), (0, 1, 0)),
+    "corner": ((1, -1.4, 0.9), (0, 0, 1)),
+}
+
+
+@dataclass(frozen=True)
+class View:
+    """A viewer's place: what is in the centre, from which side, from how far.
+
+    Attributes
+    ----------
+    focal : numpy.ndarray
+        (3,) world point in the centre of the picture.
+    back, up : numpy.ndarray
+        (3,) unit vectors at right angles: towards the viewer, and upwards in the picture.
+    distance : float
+        From the focal point to the eye. In parallel projection it gives the scale, such
+        that switching the projection keeps the size of what lies at the focal point.
+    parallel : bool
+    flat : bool
+        Locked to the x-y plane, as for two-dimensional meshes: no turning.
+    """
+
+    focal: Array
+    back: Array
+    up: Array
+    distance: float = 1.0
+    parallel: bool = False
+    flat: bool = False
+
+    @property
+    def right(self) -> Array:
+        """(3,) unit vector to the right in the picture."""
+        return np.cross(self.up, self.back)
+
+    @property
+    def half_height(self) -> float:
+        """Half the height of the picture at the focal point, in world units."""
+        return self.distance * float(np.tan(np.radians(ANGLE / 2)))
+
+
+def looking(back: ArrayLike, up: ArrayLike, like: View | None = None) -> View:
+    """View from a side; focal point, distance and projection of another view."""
+    towards = _unit(np.asarray(back, dtype=float))
+    upwards = np.asarray(up, dtype=float)
+    upwards = _unit(upwards - towards * (upwards @ towards))
+    if like is None:
+        return View(np.zeros(3), towards, upwards)
+    return replace(like, back=towards, up=upwards)
+
+
+def fitted(view: View, bounds: ArrayLike, aspect: float) -> View:
+    """View moved so that the box ``[[xmin, ymin, zmin], [xmax, ymax, zmax]]`` fills the picture."""
+    low, high = np.asarray(bounds, dtype=float)
+    corners = np.array(np.meshgrid(*zip(low, high, strict=True))).reshape(3, -1).T
+    centre = (low + high) / 2
+    across = np.abs((corners - centre) @ np.array([view.right, view.up]).T).max(axis=0)
+    depth = np.abs((corners - centre) @ view.back).max()
+    needed = max(across[0] / max(aspect, 1e-3), across[1], 1e-9 * (1 + np.abs(centre).max()))
+    distance = 1.12 * needed / np.tan(np.radians(ANGLE / 2)) + (0 if view.parallel else depth)
+    return replace(view, focal=centre, distance=float(distance))
+
+
+def orbit(view: View, dx: float, dy: float) -> View:
+    """Turn about the focal point by a mouse move in pixels (y downwards)."""
+    if view.flat:
+        return view
+    about_up = _turn(view.up, -dx * DEGREES_PER_PIXEL)
+    about_right = _turn(view.right, -dy * DEGREES_PER_PIXEL)
+    turn = about_up @ about_right
+    return looking(turn @ view.back, turn @ view.up, view)
+
+
+def pan(view: View, dx: float, dy: float, height: float) -> View:
+    """Shift by a mouse move in pixels, so that the focal plane sticks to the cursor."""
+    scale = 2 * view.half_height / height
+    return replace(view, focal=view.focal - scale * (dx * view.right - dy * view.up))
+
+
+def zoom(view: View, steps: float, x: float = 0.0, y: float = 0.0, height: float = 1.0) -> View:
+    """Come closer by wheel `steps`; what is `x` right of and `y` above the centre stays there."""
+    factor = STEP**-steps
+    scale = 2 * view.half_height / height * (1 - factor)
+    focal = view.focal + scale * (x * view.right + y * view.up)
+    return replace(view, focal=focal, distance=view.distance * factor)
+
+
+def _unit(vector: Array) -> Array:
+    return vector / np.linalg.norm(vector)
+
+
+def _turn(axis: Array, degrees: float) -> Array:
+    """Rotation matrix about a unit vector (Rodrigues)."""
+    angle = np.radians(degrees)
+    x, y, z = axis
+    cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+    return np.eye(3) + np.sin(angle) * cross + (1 - np.cos(angle)) * cross @ cross

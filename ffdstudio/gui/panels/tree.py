@@ -1,0 +1,221 @@
+"""The tree of bodies with their markers, and lattices: names, visibility, what is active."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from PySide6.QtCore import QPoint, QSize, Qt
+from PySide6.QtGui import QAction, QColor, QKeyEvent
+from PySide6.QtWidgets import (
+    QAbstractItemView,
+    QColorDialog,
+    QHeaderView,
+    QMenu,
+    QTreeWidget,
+    QTreeWidgetItem,
+)
+
+from ffdstudio.gui.listening import Listening
+from ffdstudio.gui.resources import icon
+from ffdstudio.gui.studio import Studio
+from ffdstudio.gui.theme import Theme
+from ffdstudio.project import commands as c
+from ffdstudio.project.model import Body, LatticeItem
+
+KEY, MARKER = Qt.ItemDataRole.UserRole, Qt.ItemDataRole.UserRole + 1
+CHECKABLE = Qt.ItemFlag.ItemIsUserCheckable
+
+
+class TreePanel(QTreeWidget):
+    """Mirrors the model; every change becomes a command."""
+
+    def __init__(self, studio: Studio) -> None:
+        super().__init__()
+        self._studio = studio
+        self._filling = False
+        self._open: set[str] = set()
+        self.lattice_around: Callable[[str, str], None] = lambda key, marker: None
+        self.setAccessibleName("Bodies, markers and lattices")
+        self.setColumnCount(2)
+        self.setHeaderHidden(True)
+        self.setUniformRowHeights(True)
+        self.setIconSize(QSize(16, 16))
+        self.setEditTriggers(QAbstractItemView.EditTrigger.EditKeyPressed)
+        self.setContextMenuPolicy(Qt.ContextMenuPolicy.CustomContextMenu)
+        self.header().setStretchLastSection(False)
+        self.header().setMinimumSectionSize(20)
+        self.header().setSectionResizeMode(0, QHeaderView.ResizeMode.Stretch)
+        self.header().setSectionResizeMode(1, QHeaderView.ResizeMode.ResizeToContents)
+        self.customContextMenuRequested.connect(self._on_menu)
+        self.itemChanged.connect(self._on_item_changed)
+        self.itemDoubleClicked.connect(self._on_double_click)
+        self.itemExpanded.connect(lambda item: self._open.add(item.data(0, KEY)))
+        self.itemCollapsed.connect(lambda item: self._open.discard(item.data(0, KEY)))
+        self._listening = Listening((studio.document.structure_changed, self.fill))
+        self.fill()
+
+    def close_panel(self) -> None:
+        """Stop listening."""
+        self._listening.stop()
+
+    def paint_with(self, _theme: Theme) -> None:
+        """Draw the icons anew."""
+        self.fill()
+
+    @property
+    def chosen_key(self) -> str | None:
+        """Key of the body or lattice that is marked, or that the marked marker belongs to."""
+        item = self.currentItem()
+        return None if item is None else item.data(0, KEY)
+
+    def chosen_body(self) -> Body | None:
+        """Body that is marked."""
+        bodies = {body.key: body for body in self._studio.document.model.bodies}
+        return bodies.get(self.chosen_key or "")
+
+    # ---- filling ----------------------------------------------------------------------------
+
+    def fill(self) -> None:
+        """Show the model."""
+        model, chosen, theme = self._studio.document.model, self.chosen_key, self._studio.theme
+        self._filling = True
+        self.clear()
+        for body in model.bodies:
+            self._add_body(body, theme)
+        for lattice in model.lattices:
+            self._add_lattice(lattice, lattice.key == model.active, theme)
+        for number in range(self.topLevelItemCount()):
+            item = self.topLevelItem(number)
+            if item is not None and item.data(0, KEY) == chosen:
+                self.setCurrentItem(item)
+        self._filling = False
+
+    def _row(self, key: str, name: str, note: str, visible: bool) -> QTreeWidgetItem:
+        item = QTreeWidgetItem([name, note])
+        item.setData(0, KEY, key)
+        item.setFlags(item.flags() | CHECKABLE | Qt.ItemFlag.ItemIsEditable)
+        item.setCheckState(0, Qt.CheckState.Checked if visible else Qt.CheckState.Unchecked)
+        item.setForeground(1, QColor(self._studio.theme["muted"]))
+        item.setTextAlignment(1, Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
+        return item
+
+    def _add_body(self, body: Body, theme: Theme) -> None:
+        item = self._row(body.key, body.name, count_text(len(body.mesh.points)), body.visible)
+        item.setIcon(0, icon("cube", body.colour or theme["mesh"]))
+        item.setToolTip(0, f"{body.path}\n{len(body.mesh.points)} nodes")
+        self.addTopLevelItem(item)
+        for name, count in body.mesh.marker_counts.items():
+            child = self._row(body.key, name, count_text(count), name not in body.hidden_markers)
+            child.setFlags(child.flags() & ~Qt.ItemFlag.ItemIsEditable)
+            child.setData(0, MARKER, name)
+            child.setToolTip(0, f"Marker {name}: {count} boundary elements")
+            item.addChild(child)
+        item.setExpanded(body.key in self._open)
+
+    def _add_lattice(self, lattice: LatticeItem, active: bool, theme: Theme) -> None:
+        note = "×".join(str(n) for n in lattice.rest.shape)
+        item = self._row(lattice.key, lattice.name, note, lattice.visible)
+        colour = theme["selected"] if active else theme["muted"]
+        item.setIcon(0, icon("grid" if lattice.enabled else "grid-off", colour))
+        font = item.font(0)
+        font.setBold(active)
+        item.setFont(0, font)
+        state = "being edited" if active else "double click to edit it"
+        item.setToolTip(0, f"Lattice {lattice.name}: {state}")
+        self.addTopLevelItem(item)
+
+    # ---- what the user does -----------------------------------------------------------------
+
+    def _on_item_changed(self, item: QTreeWidgetItem, column: int) -> None:
+        if self._filling or column != 0:
+            return
+        key, marker = item.data(0, KEY), item.data(0, MARKER)
+        visible = item.checkState(0) == Qt.CheckState.Checked
+        model = self._studio.document.model
+        command: c.Command
+        if marker is not None:
+            command = c.ShowMarkers(key, (marker,), visible)
+        elif visible != model.item(key).visible:
+            command = c.Show((key,), visible)
+        elif item.text(0) != model.item(key).name:
+            command = c.Rename(key, item.text(0))
+        else:
+            return
+        if not self._studio.do(command):
+            self.fill()
+
+    def _on_double_click(self, item: QTreeWidgetItem) -> None:
+        key = item.data(0, KEY)
+        if any(lattice.key == key for lattice in self._studio.document.model.lattices):
+            self._studio.do(c.Activate(key))
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        item = self.currentItem()
+        if event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter) and item is not None:
+            self._on_double_click(item)
+        elif event.key() == Qt.Key.Key_Delete and self.chosen_key:
+            self._studio.do(c.Remove(self.chosen_key))
+        else:
+            super().keyPressEvent(event)
+
+    def _on_menu(self, place: QPoint) -> None:
+        item = self.itemAt(place) or self.currentItem()
+        if item is not None:
+            self.menu_of(item).popup(self.viewport().mapToGlobal(place))
+
+    def menu_of(self, item: QTreeWidgetItem) -> QMenu:
+        """Context menu of a row."""
+        menu = QMenu(self)
+        menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        key, marker = item.data(0, KEY), item.data(0, MARKER)
+        do: Callable[[Any], object] = self._studio.do
+
+        def add(text: str, action: Callable[[], object]) -> None:
+            new = QAction(text, menu)
+            new.triggered.connect(lambda: action())
+            menu.addAction(new)
+
+        if marker is not None:
+            add("Lattice around this marker…", lambda: self.lattice_around(key, marker))
+            add("Show this marker alone", lambda: self._only(key, marker))
+            return menu
+        if any(body.key == key for body in self._studio.document.model.bodies):
+            add("Lattice around this body…", lambda: self.lattice_around(key, ""))
+            add("Isolate", lambda: do(c.Isolate(key)))
+            add("Colour…", lambda: self._ask_colour(key))
+        else:
+            on = self._studio.document.model.lattice(key).enabled
+            add("Edit this lattice", lambda: do(c.Activate(key)))
+            add("Switch off" if on else "Switch on", lambda: do(c.Enable(key, not on)))
+        add("Rename", lambda: self.editItem(item, 0))
+        add("Remove", lambda: do(c.Remove(key)))
+        return menu
+
+    def _only(self, key: str, marker: str) -> None:
+        body = self._studio.document.model.body(key)
+        others = tuple(m for m in body.mesh.markers if m != marker)
+        if others:
+            self._studio.do(c.ShowMarkers(key, others, False))
+
+    def _ask_colour(self, key: str) -> None:
+        body = self._studio.document.model.body(key)
+        dialog = QColorDialog(QColor(body.colour or self._studio.theme["mesh"]), self)
+        dialog.setWindowTitle(f"Colour of {body.name}")
+        if self._studio.asker.run(dialog):
+            self._studio.do(c.Colour(key, dialog.currentColor().name()))
+
+
+def count_text(count: int) -> str:
+    """Short form of a count.
+
+    Examples
+    --------
+    >>> count_text(950), count_text(12_345), count_text(1_234_567)
+    ('950', '12.3 k', '1.23 M')
+    """
+    if count < 1000:
+        return str(count)
+    if count < 1_000_000:
+        return f"{count / 1000:.3g} k"
+    return f"{count / 1_000_000:.3g} M"

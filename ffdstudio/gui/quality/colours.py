@@ -1,0 +1,53 @@
+"""From values to colours: one map that grows brighter as cells get worse, one for changes."""
+
+from __future__ import annotations
+
+import functools
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ffdstudio.gui.theme import Theme
+from ffdstudio.meshes.measures import MEASURES
+from ffdstudio.project.checking import Digest
+from ffdstudio.project.scales import Scale
+
+Array = NDArray[np.float64]
+Colours = NDArray[np.uint8]
+
+
+@functools.cache
+def table(name: str, reverse: bool) -> Colours:
+    """(256, 3) colours of a map."""
+    import pyqtgraph
+
+    found = pyqtgraph.colormap.get(name).getLookupTable(0.0, 1.0, 256, alpha=False)
+    colours = np.asarray(found, dtype=np.uint8)
+    return colours[::-1] if reverse else colours
+
+
+def map_of(measure: str, change: bool) -> Colours:
+    """Colours along the scale: bright is bad for values, red is worse for changes."""
+    worst = MEASURES[measure].worst
+    if change or worst == "both":
+        return table("CET-D1", worst == "low")
+    return table("viridis", worst == "low")
+
+
+def scale_of(digest: Digest, change: bool) -> Scale:
+    """Scale of the colours: of ratios and changes it has its middle where nothing has changed."""
+    if change:
+        return Scale.around(digest.change)
+    if MEASURES[digest.measure].worst == "both":
+        return Scale.around(digest.change + 1.0, 1.0)
+    return digest.scale
+
+
+def colours_of(values: Array, scale: Scale, colours: Colours, theme: Theme) -> Colours:
+    """(n, 3) colours of values; those that are no numbers get the colour of the mesh."""
+    place = scale.place(values)
+    none = np.isnan(place)
+    rows = np.round(np.where(none, 0.0, place) * (len(colours) - 1)).astype(np.int64)
+    found = colours[rows]
+    found[none] = np.round(np.array(theme.rgb("mesh")) * 255).astype(np.uint8)
+    return found

@@ -1,0 +1,83 @@
+"""The advice of the form for a lattice: freeze where mesh lies on both sides of a face."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from PySide6.QtWidgets import QLabel, QSpinBox
+
+from ffdstudio.engine import Lattice
+from ffdstudio.gui.panels.fields import say
+from ffdstudio.gui.studio import Studio
+from ffdstudio.meshes import Mesh
+from ffdstudio.project.freezing import Face, continuity, face_names, suggested
+from ffdstudio.project.volume import Volume
+
+Array = NDArray[np.float64]
+
+
+class FreezeHint(QLabel):
+    """Sets the number of frozen layers until the user does, and says why."""
+
+    def __init__(self, studio: Studio, layers: QSpinBox) -> None:
+        super().__init__()
+        self._studio, self._layers = studio, layers
+        self._advising = True
+        self.setWordWrap(True)
+        layers.valueChanged.connect(self._on_value)
+        self._setting = False
+
+    def begin(self, advising: bool = True) -> None:
+        """Start with a new form; `advising` is whether to set the number."""
+        self._advising = advising
+        say(self, "")
+
+    def look(self, lattice: Lattice | None) -> bool:
+        """Judge a lattice that is being built; whether the number of layers was changed."""
+        if lattice is None:
+            say(self, "")
+            return False
+        layers, faces = suggested(lattice, self._meshes())
+        if self._advising and layers != self._layers.value():
+            self._setting = True
+            self._layers.setValue(layers)
+            self._setting = False
+            return True
+        say(self, sentence(faces, self._layers.value(), 2 * lattice.dimension))
+        self.setProperty("role", "muted" if self._layers.value() else "warning")
+        self.style().unpolish(self)
+        self.style().polish(self)
+        return False
+
+    def _meshes(self) -> list[tuple[Mesh, Array]]:
+        document = self._studio.document
+        volumes = [(body.mesh, document.volume(body.key)) for body in document.model.bodies]
+        return [(mesh, _points(mesh.points, volume)) for mesh, volume in volumes]
+
+    def _on_value(self) -> None:
+        if not self._setting:
+            self._advising = False
+
+
+def _points(rest: Array, volume: Volume | None) -> Array:
+    return rest if volume is None else volume.points
+
+
+def sentence(faces: list[Face], layers: int, total: int) -> str:
+    """Why layers are frozen, or what happens if they are not; nothing without mesh beyond.
+
+    Examples
+    --------
+    >>> sentence([], 1, 6)
+    ''
+    """
+    if not faces:
+        return ""
+    where = f"Mesh lies on both sides of {face_names(faces)}"
+    if not layers:
+        return f"{where}: moving the outermost points would shear the cells there. Freeze a layer."
+    more = f"; {layers + 1} layers give {continuity(layers + 1)}" if layers < 3 else ""
+    frozen = "the outermost layer stays" if layers == 1 else f"{layers} layers stay"
+    alike = " Layers are frozen on all faces alike." if len(faces) < total else ""
+    kept = continuity(layers)
+    return f"{where}: {frozen} frozen, so that the shape is {kept} there{more}.{alike}"

@@ -1,0 +1,265 @@
+"""Keeps what is drawn in step with the document and the viewer's choices.
+
+1. Actors are made and dropped in `_sync`, coloured in `_dress`, moved in `_place`.
+2. During a drag nothing is done per mouse event: the document says once that something moves,
+   the viewport is asked for a repaint, and just before it paints (`about_to_paint`) the
+   displayed points are brought up to date. So fifty moves cost one deformation and one picture.
+3. `origin` is fixed when the first thing appears and when everything is new: moving it means
+   writing all displayed points again.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ffdstudio.gui.actors.body import BodyActor
+from ffdstudio.gui.actors.lattice import LatticeActor
+from ffdstudio.gui.actors.vtk import Array
+from ffdstudio.gui.interest import first_bounds
+from ffdstudio.gui.listening import Listening
+from ffdstudio.gui.navigation import AXIS_VIEWS, looking
+from ffdstudio.gui.panels.draft import inside_box
+from ffdstudio.gui.state import State
+from ffdstudio.gui.theme import Theme
+from ffdstudio.gui.viewport import Viewport
+from ffdstudio.project.document import Document
+from ffdstudio.project.model import LatticeItem, frozen_mask
+
+PREVIEW = "preview"
+
+
+class Scene:
+    """Actors of bodies and lattices in the viewport."""
+
+    def __init__(self, viewport: Viewport, document: Document, state: State, theme: Theme) -> None:
+        self.viewport, self.document, self.state, self.theme = viewport, document, state, theme
+        self.bodies: dict[str, BodyActor] = {}
+        self.lattices: dict[str, LatticeActor] = {}
+        self._nets: dict[str, tuple[int, ...]] = {}
+        self._listening = Listening(
+            (document.moving, self._on_moving),
+            (document.moved, self._on_moved),
+            (document.structure_changed, self._on_structure_changed),
+            (document.selection_changed, self._on_marks_changed),
+            (state.hovered_changed, self._on_marks_changed),
+            (state.shown_changed, self._on_shown_changed),
+            (state.preview_changed, self._on_preview_changed),
+        )
+        viewport.about_to_paint.connect(self._follow)
+        self._on_structure_changed()
+
+    def close(self) -> None:
+        """Stop listening and take everything out of the viewport."""
+        self._listening.stop()
+        for body in self.bodies.values():
+            body.close()
+        for net in self.lattices.values():
+            net.close()
+        self.bodies.clear()
+        self.lattices.clear()
+
+    def paint_with(self, theme: Theme) -> None:
+        """Take the colours of a theme."""
+        self.theme = theme
+        self._dress()
+
+    # ---- what listens -----------------------------------------------------------------------
+
+    def _on_structure_changed(self) -> None:
+        empty = not self.bodies and not self.lattices
+        self._sync()
+        if empty and (self.bodies or self.lattices):
+            self._first_look()
+        self._dress()
+        self._place()
+
+    def _on_moving(self) -> None:
+        self.viewport.update()
+
+    def _on_moved(self) -> None:
+        self._place()
+
+    def _on_marks_changed(self) -> None:
+        for item in self.document.model.lattices:
+            self._mark(item)
+        self.viewport.update()
+
+    def _on_shown_changed(self) -> None:
+        self._dress()
+        self._place()
+
+    def _on_preview_changed(self) -> None:
+        begins = PREVIEW not in self._nets
+        self._sync_preview()
+        self._frame()
+        if begins and self.state.preview is not None:
+            net = self.state.preview.control_points.reshape(-1, 3)
+            self.viewport.fit(np.array([net.min(axis=0), net.max(axis=0)]))
+        self._dress()
+        self._place()
+
+    def _follow(self) -> None:
+        """Just before a picture: bring a drag's points up to date."""
+        if self.document.editing is None:
+            return
+        self.document.refresh()
+        origin = self.viewport.origin
+        for body in self.document.model.bodies:
+            actor = self.bodies[body.key]
+            if body.visible and actor.proxy is not None:
+                actor.place_proxy(self.document.proxy_points(body.key), origin)
+            elif body.visible:
+                actor.place(self.document.points(body.key), origin)
+        for item in self.document.model.lattices:
+            self.lattices[item.key].place(item.current.control_points, origin)
+        self._reveal()
+
+    # ---- actors -----------------------------------------------------------------------------
+
+    def _sync(self) -> None:
+        model, renderer = self.document.model, self.viewport.renderer
+        wanted = {body.key for body in model.bodies}
+        for key in [k for k in self.bodies if k not in wanted]:
+            self.bodies.pop(key).close()
+        for body in model.bodies:
+            surface = self.document.surface(body.key)
+            old = self.bodies.get(body.key)
+            if old is not None and old.surface is not surface:
+                self.bodies.pop(body.key).close()
+            if body.key not in self.bodies:
+                rest = body.mesh.points[surface.nodes]
+                self.bodies[body.key] = BodyActor(renderer, surface, rest)
+        shapes = {item.key: item.rest.shape for item in model.lattices}
+        if PREVIEW in self._nets:
+            shapes[PREVIEW] = self._nets[PREVIEW]
+        self._sync_nets(shapes)
+
+    def _sync_nets(self, shapes: dict[str, tuple[int, ...]]) -> None:
+        for key in [k for k, shape in self._nets.items() if shapes.get(k) != shape]:
+            self.lattices.pop(key).close()
+            del self._nets[key]
+        for key, shape in shapes.items():
+            if key not in self.lattices:
+                scale = self.viewport.devicePixelRatioF()
+                self.lattices[key] = LatticeActor(self.viewport.renderer, shape, scale)
+                self._nets[key] = shape
+
+    def _sync_preview(self) -> None:
+        shapes = {key: shape for key, shape in self._nets.items() if key != PREVIEW}
+        if self.state.preview is not None:
+            shapes[PREVIEW] = self.state.preview.shape
+        self._sync_nets(shapes)
+
+    # ---- looks ------------------------------------------------------------------------------
+
+    def _dress(self) -> None:
+        model, shown = self.document.model, self.state.shown
+        for body in model.bodies:
+            self.bodies[body.key].dress(body, self.theme, shown.edges)
+        for item in model.lattices:
+            self._mark(item)
+        if self.state.preview is not None:
+            preview, none = self.state.preview, np.zeros(self.state.preview.shape, dtype=bool)
+            frozen = frozen_mask(preview.shape, self.state.preview_frozen)
+            masks = (none.ravel(), frozen.ravel(), none.ravel())
+            self.lattices[PREVIEW].mark(self.theme, *masks)
+        self._show()
+
+    def _show(self) -> None:
+        self._reveal()
+        self.viewport.update()
+
+    def _reveal(self) -> None:
+        model, shown = self.document.model, self.state.shown
+        coarse = self.document.editing is not None
+        for body in model.bodies:
+            actor = self.bodies[body.key]
+            actor.show(body.visible, shown.ghost, coarse, self.theme, self.viewport.origin)
+        building = self.state.preview is not None
+        for item in model.lattices:
+            self.lattices[item.key].show(item.visible and shown.net and not building)
+
+    def _mark(self, item: LatticeItem) -> None:
+        model = self.document.model
+        active = item.key == model.active
+        selected = np.zeros(item.rest.shape, dtype=bool)
+        hovered = None
+        if active:
+            for point in self.document.selection:
+                selected[point] = True
+            hovered = self._hovered(item.rest.shape)
+        weighted = (item.current.weights != 1).ravel()
+        masks = (selected.ravel(), item.frozen_mask.ravel(), weighted)
+        self.lattices[item.key].mark(self.theme, *masks, hovered, active)
+
+    def _hovered(self, shape: tuple[int, ...]) -> int | None:
+        """Control point under the mouse; None if the net has lost it in the meantime."""
+        point = self.state.hovered
+        if point is None or len(point) != len(shape):
+            return None
+        there = all(k < count for k, count in zip(point, shape, strict=True))
+        return int(np.ravel_multi_index(point, shape)) if there else None
+
+    # ---- places -----------------------------------------------------------------------------
+
+    def _place(self) -> None:
+        """Write all positions; between drags, so it may take as long as there are points."""
+        origin, model = self.viewport.origin, self.document.model
+        for body in model.bodies:
+            points = self.document.points(body.key)
+            self.bodies[body.key].place(points, origin)
+            self.bodies[body.key].mark_inside(self._inside(body.key, points))
+        for item in model.lattices:
+            self.lattices[item.key].place(item.current.control_points, origin)
+            self._mark(item)
+        if self.state.preview is not None:
+            self.lattices[PREVIEW].place(self.state.preview.control_points, origin)
+        self._frame()
+        self._show()
+
+    def _inside(self, key: str, points: Array) -> NDArray[np.bool_] | None:
+        if self.state.preview is not None:
+            return inside_box(self.state.preview, points)
+        return self.document.inside(key) if self.state.shown.inside else None
+
+    def bounds(self) -> Array:
+        """(2, 3) box of everything there is."""
+        model = self.document.model
+        clouds = [body.mesh.bounds for body in model.bodies]
+        clouds += [item.current.control_points.reshape(-1, 3) for item in model.lattices]
+        if self.state.preview is not None:
+            clouds.append(self.state.preview.control_points.reshape(-1, 3))
+        if not clouds:
+            return np.array([[-1.0] * 3, [1.0] * 3])
+        points = np.concatenate(clouds)
+        return np.array([points.min(axis=0), points.max(axis=0)])
+
+    def _first_bounds(self) -> Array:
+        document = self.document
+        boxes = [
+            first_bounds(document.surface(body.key), document.points(body.key), body.mesh.dimension)
+            for body in document.model.bodies
+            if len(document.points(body.key))
+        ]
+        if not boxes:
+            return self.bounds()
+        return np.array([np.min(boxes, axis=(0, 1)), np.max(boxes, axis=(0, 1))])
+
+    def _frame(self) -> None:
+        self.viewport.set_scene(self.bounds())
+
+    def _first_look(self) -> None:
+        """Choose origin, side and distance when something appears in an empty scene."""
+        bounds, viewport = self.bounds(), self.viewport
+        viewport.origin = bounds.mean(axis=0)
+        flat = all(body.mesh.dimension == 2 for body in self.document.model.bodies)
+        side = "+z" if flat else "corner"
+        view = looking(*AXIS_VIEWS[side], viewport.view)
+        parallel = flat or (view.parallel and not view.flat)
+        view = replace(view, distance=1.0, parallel=parallel, flat=flat)
+        viewport.set_scene(bounds)
+        viewport.view = view
+        viewport.fit(self._first_bounds())

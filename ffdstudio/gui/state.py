@@ -1,0 +1,83 @@
+"""What the window shows beyond the document: nothing of it is saved in a project or undone.
+
+Like the document it has signals, and views listen to it instead of to each other.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+from psygnal import Signal
+
+if TYPE_CHECKING:
+    from ffdstudio.engine import Lattice
+
+
+@dataclass(frozen=True)
+class Section:
+    """Plane through the volume: its normal as an axis (0, 1, 2) and its place in [0, 1]."""
+
+    axis: int = 1
+    place: float = 0.5
+
+
+@dataclass(frozen=True)
+class Shown:
+    """What is drawn, and how."""
+
+    ghost: bool = False
+    edges: bool = True
+    inside: bool = False
+    labels: bool = True
+    net: bool = True
+    section: Section | None = None
+
+
+class State:
+    """Choices of the viewer, the lattice that is being built, and what the mouse is over."""
+
+    shown_changed = Signal()
+    preview_changed = Signal()
+    hovered_changed = Signal()
+    mode_changed = Signal()
+    theme_changed = Signal()
+
+    def __init__(self) -> None:
+        self.shown = Shown()
+        self.preview: Lattice | None = None
+        self.preview_frozen = 0
+        self.hovered: tuple[int, ...] | None = None
+        self.mode = "move"
+        self.soft = False
+        self.mirror = -1
+
+    def show(self, **changes: Any) -> None:
+        """Change what is drawn; the names are the fields of `Shown`."""
+        new = replace(self.shown, **changes)
+        if new != self.shown:
+            self.shown = new
+            self.shown_changed.emit()
+
+    def put_preview(self, lattice: Lattice | None, frozen: int = 0) -> None:
+        """Show a lattice that is being built; None when that is over."""
+        self.preview, self.preview_frozen = lattice, frozen
+        self.preview_changed.emit()
+
+    def hover(self, point: tuple[int, ...] | None) -> None:
+        """Control point of the active lattice under the mouse."""
+        if point != self.hovered:
+            self.hovered = point
+            self.hovered_changed.emit()
+
+    def set_mode(self, mode: str) -> None:
+        """What a drag does: "move", "box", "rotate" or "scale"."""
+        if mode != self.mode:
+            self.mode = mode
+            self.mode_changed.emit()
+
+    def spread(self, soft: bool | None = None, mirror: int | None = None) -> None:
+        """Let near points, or those opposite the plane of an axis (-1 for none), follow."""
+        self.soft = self.soft if soft is None else soft
+        self.mirror = self.mirror if mirror is None else mirror
+        self.mode_changed.emit()

@@ -1,0 +1,51 @@
+"""What panels and handlers share: the document, the viewer's choices, jobs, settings, questions."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, ClassVar
+
+from psygnal import Signal
+
+from ffdstudio.errors import InputError
+from ffdstudio.gui.errors import problem_of
+from ffdstudio.gui.state import State
+from ffdstudio.project.commands import Command
+from ffdstudio.project.document import Document
+
+if TYPE_CHECKING:
+    from ffdstudio.gui.dialogs.ask import Asker
+    from ffdstudio.gui.jobs import Jobs
+    from ffdstudio.gui.settings import Settings
+    from ffdstudio.gui.theme import Theme
+
+
+@dataclass
+class Studio:
+    """One window's world."""
+
+    document: Document
+    state: State
+    jobs: Jobs
+    settings: Settings
+    asker: Asker
+    theme: Theme
+    said: ClassVar[Signal] = Signal(str)
+
+    def say(self, text: str) -> None:
+        """Show a text in the status line for a while."""
+        self.said.emit(text)
+
+    def do(self, command: Command) -> bool:
+        """Carry out a command; if it cannot be, say why. Whether it was done."""
+        return self.attempt("This", lambda: self.document.do(command))
+
+    def attempt(self, doing: str, action: Callable[[], object]) -> bool:
+        """Run something that may raise `InputError`, which becomes a dialog."""
+        try:
+            action()
+        except InputError as error:
+            self.asker.tell(problem_of(error, doing))
+            return False
+        return True

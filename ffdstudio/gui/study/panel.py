@@ -1,0 +1,184 @@
+"""The Study panel: the form, what goes on, and start, pause, step, stop."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import (
+    QHBoxLayout,
+    QPushButton,
+    QScrollArea,
+    QStackedLayout,
+    QVBoxLayout,
+    QWidget,
+)
+
+from ffdstudio.gui.errors import sentence
+from ffdstudio.gui.listening import Listening
+from ffdstudio.gui.panels.fields import note, say
+from ffdstudio.gui.resources import icon
+from ffdstudio.gui.studio import Studio
+from ffdstudio.gui.study.form import StudyForm
+from ffdstudio.gui.study.runner import StudyRunner
+from ffdstudio.gui.study.runs import STATES
+from ffdstudio.gui.theme import Theme
+from ffdstudio.project.scrubbing import Scrub
+
+EMPTY = (
+    "Nothing to optimize yet. Open a plane mesh with an airfoil as a marker, "
+    "an airfoil file, or a surface."
+)
+SHOWN = "The picture shows {}. Use it as an edit, or put the lattice back."
+
+INVERTED = "The iterate shown turns cells inside out: {}."
+
+
+class StudyPanel(QWidget):
+    """Describes a study and runs it."""
+
+    def __init__(self, studio: Studio, runner: StudyRunner) -> None:
+        super().__init__()
+        self._studio, self._runner = studio, runner
+        self.form = StudyForm(studio)
+        self.heading, self.figures = note(role="heading"), note()
+        self.problem, self.shown = note(role="problem"), note()
+        self.cells = note(role="problem")
+        self.start = self._button("&Start", "Begin, with what the form says")
+        self.pause = self._button("&Pause", "Wait at the next iterate; or go on")
+        self.step = self._button("St&ep", "One iterate, then wait")
+        self.stop = self._button("St&op", "End; what was reached is kept")
+        self._lay_out()
+        self._connect()
+        self.fill()
+
+    def _button(self, text: str, tip: str) -> QPushButton:
+        button = QPushButton(text)
+        button.setToolTip(tip)
+        return button
+
+    def _lay_out(self) -> None:
+        area = QScrollArea()
+        area.setWidget(self.form)
+        area.setWidgetResizable(True)
+        area.setFrameShape(QScrollArea.Shape.NoFrame)
+        area.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        self.form.setMinimumWidth(0)
+        buttons = QHBoxLayout()
+        buttons.setSpacing(4)
+        for button in (self.start, self.pause, self.step, self.stop):
+            buttons.addWidget(button)
+            button.setMinimumWidth(44)
+        page, blank = QWidget(), QWidget()
+        below = QVBoxLayout()
+        below.setContentsMargins(8, 0, 8, 8)
+        below.setSpacing(4)
+        for label in (self.heading, self.figures, self.cells, self.shown, self.problem):
+            below.addWidget(label)
+        below.addLayout(buttons)
+        layout = QVBoxLayout(page)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.addWidget(area, 1)
+        layout.addLayout(below)
+        inner = QVBoxLayout(blank)
+        inner.addWidget(note(EMPTY))
+        inner.addStretch(1)
+        self.pages = QStackedLayout(self)
+        self.pages.addWidget(blank)
+        self.pages.addWidget(page)
+
+    def _connect(self) -> None:
+        runner = self._runner
+        self.form.changed.connect(self._on_form)
+        self.start.clicked.connect(self.begin)
+        self.pause.clicked.connect(self.toggle_pause)
+        self.step.clicked.connect(self.one_step)
+        self.stop.clicked.connect(runner.stop)
+        self._listening = Listening(
+            (self._studio.document.structure_changed, self.fill),
+            (runner.changed, self._on_state),
+            (runner.grown, self._on_figures),
+            (runner.shown_changed, self._on_figures),
+            (runner.checked, self._on_figures),
+        )
+
+    def close_panel(self) -> None:
+        """Stop listening."""
+        self._listening.stop()
+
+    def paint_with(self, theme: Theme) -> None:
+        """Take the colours of a theme."""
+        names = {
+            self.start: "play",
+            self.pause: "pause",
+            self.step: "step-forward",
+            self.stop: "stop",
+        }
+        for button, name in names.items():
+            button.setIcon(icon(name, theme["text"]))
+
+    # ---- showing ------------------------------------------------------------------------------
+
+    def fill(self) -> None:
+        """Offer what the document holds."""
+        model = self._studio.document.settled_model
+        self.pages.setCurrentIndex(1 if model.bodies else 0)
+        self.form.fill(model)
+        self._on_form()
+        self._on_state()
+
+    def _on_form(self) -> None:
+        self._runner.put_draft(self.form.plan)
+        self.start.setEnabled(self.form.plan is not None and not self._runner.alive)
+
+    def _on_state(self) -> None:
+        runner, run = self._runner, self._runner.run
+        alive = runner.alive
+        paused = run is not None and alive and run.state == "paused"
+        self.form.setEnabled(not alive)
+        self.start.setEnabled(not alive and self.form.plan is not None)
+        self.pause.setEnabled(alive)
+        self.pause.setText("&Go on" if paused else "&Pause")
+        self.step.setEnabled(self.form.plan is not None)
+        self.stop.setEnabled(alive)
+        failed = run is not None and not alive and run.note.startswith("failed: ")
+        note = run.note.removeprefix("failed: ") if failed and run is not None else ""
+        say(self.problem, runner.problem or sentence(note) if note else runner.problem)
+        text = "" if run is None else f"{run.name}: {STATES[run.state]}"
+        if run is not None and run.state == "done":
+            text += ", failed" if failed else f", {run.note}"
+        say(self.heading, text)
+        self._on_figures()
+
+    def _on_figures(self) -> None:
+        run = self._runner.run
+        last = "" if run is None or not run.iterates else run.sentence(len(run.iterates) - 1)
+        say(self.figures, last[:1].upper() + last[1:])
+        ended = self._runner.showing and not self._runner.alive and run is not None
+        where = run.sentence(self._runner.place).split(",")[0] if ended and run else ""
+        say(self.shown, SHOWN.format(where) if ended else "")
+        edit = self._studio.document.editing
+        count = edit.inverted if isinstance(edit, Scrub) else None
+        say(self.cells, INVERTED.format(f"{count:,}".replace(",", "\u202f")) if count else "")
+
+    # ---- what the buttons do ------------------------------------------------------------------
+
+    def begin(self) -> None:
+        """Start what the form says."""
+        plan = self.form.plan
+        if plan is not None:
+            self._runner.start(plan)
+
+    def toggle_pause(self) -> None:
+        """Pause, or go on."""
+        run = self._runner.run
+        if run is not None and run.state == "paused":
+            self._runner.proceed()
+        else:
+            self._runner.pause()
+
+    def one_step(self) -> None:
+        """One iterate; begins a study if none is under way."""
+        plan = self.form.plan
+        if self._runner.alive:
+            self._runner.step()
+        elif plan is not None:
+            self._runner.start(plan, paused=True)

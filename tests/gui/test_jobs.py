@@ -1,0 +1,95 @@
+"""Workers: results arrive in the GUI thread, cancelled or outdated ones do not."""
+
+from __future__ import annotations
+
+import threading
+
+import pytest
+
+pytest.importorskip("PySide6")
+
+from ffdstudio.gui.jobs import Jobs
+
+
+@pytest.fixture
+def jobs(qtbot):
+    jobs = Jobs()
+    yield jobs
+    jobs.close()
+
+
+def test_the_result_arrives_in_the_thread_that_asked(jobs, qtbot):
+    came = []
+    me = threading.get_ident
+    jobs.start("work", lambda p: me(), lambda r: came.append((r, me())))
+    qtbot.waitUntil(lambda: bool(came))
+    worker, receiver = came[0]
+    assert receiver == threading.get_ident() != worker
+    assert jobs.running == []
+
+
+def test_progress_is_reported_and_a_cancel_ends_the_work_at_the_next_report(jobs, qtbot):
+    reached, go, came = threading.Event(), threading.Event(), []
+
+    def work(progress):
+        progress(0.5, "half")
+        reached.set()
+        go.wait(10)
+        progress(0.9, "nearly")
+        came.append("went on")
+
+    job = jobs.start("work", work, came.append)
+    qtbot.waitUntil(lambda: job.fraction == 0.5)
+    assert job.text == "half"
+    assert reached.wait(10)
+    job.cancel()
+    go.set()
+    qtbot.waitUntil(lambda: not jobs.running)
+    assert came == []
+
+
+def test_work_with_the_same_key_makes_the_former_one_out_of_date(jobs, qtbot):
+    go, came = threading.Event(), []
+    jobs.start("old", lambda p: go.wait(10), lambda r: came.append("old"), key="x")
+    jobs.start("new", lambda p: None, lambda r: came.append("new"), key="x")
+    go.set()
+    qtbot.waitUntil(lambda: not jobs.running)
+    assert came == ["new"]
+
+
+def test_an_error_goes_to_who_wants_it_else_to_the_signal(jobs, qtbot):
+    def fail(progress):
+        raise ValueError("no")
+
+    own, other = [], []
+    jobs.failed.connect(lambda job, error: other.append((job.label, str(error))))
+    jobs.start("mine", fail, lambda r: None, own.append)
+    jobs.start("yours", fail, lambda r: None)
+    qtbot.waitUntil(lambda: not jobs.running)
+    assert [str(e) for e in own] == ["no"]
+    assert other == [("yours", "no")]
+
+
+def test_finish_waits_for_all_and_delivers(jobs, qtbot):
+    came = []
+    for number in range(5):
+        jobs.start("work", lambda p, n=number: n, came.append)
+    jobs.finish()
+    assert sorted(came) == [0, 1, 2, 3, 4]
+
+
+def test_close_waits_for_the_threads_and_calls_nobody(qtbot):
+    jobs, came, started = Jobs(), [], threading.Event()
+
+    def work(progress):
+        started.set()
+        while True:
+            progress(0.0)
+
+    jobs.start("work", work, came.append)
+    assert started.wait(10)
+    before = threading.active_count()
+    jobs.close()
+    assert threading.active_count() <= before
+    qtbot.wait(10)
+    assert came == []

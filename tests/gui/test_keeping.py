@@ -1,0 +1,218 @@
+"""What is asked before work is lost, autosaves, recovery, meshes that have gone, settings."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+
+import pytest
+
+pytest.importorskip("PySide6")
+
+from PySide6.QtCore import QPoint, Qt
+
+from ffdstudio.gui.settings import Settings
+from ffdstudio.project.commands import Rename
+
+pytestmark = [pytest.mark.display, pytest.mark.xdist_group("screen")]
+
+
+@pytest.fixture
+def ready(user, cube):
+    user.open(cube)
+    user.build()
+    return user
+
+
+# ---- unsaved changes ----------------------------------------------------------------------
+
+
+def test_closing_asks_and_cancel_keeps_the_window(ready):
+    ready.script.answers = ["cancel"]
+    assert not ready.window.close()
+    assert ready.window.isVisible()
+    assert "Save" in ready.script.asked[0].text
+
+
+def test_closing_saves_on_request_and_waits_for_it(ready, tmp_path):
+    ready.script.answers, ready.script.targets = ["save"], [tmp_path / "a.ffdproj"]
+    assert ready.window.close()
+    assert (tmp_path / "a.ffdproj").exists()
+
+
+def test_a_save_that_fails_keeps_the_window(ready, tmp_path):
+    ready.script.answers = ["save"]
+    ready.script.targets = [tmp_path / "no such folder" / "a.ffdproj"]
+    assert not ready.window.close()
+    assert "no such file" in ready.script.told[0].cause.lower()
+
+
+def test_without_changes_nothing_is_asked(user):
+    assert user.window.close()
+    assert user.script.asked == []
+
+
+# ---- autosave and recovery ----------------------------------------------------------------
+
+CRASH = """
+import os, sys
+from pathlib import Path
+from ffdstudio.project.autosave import Autosave
+from ffdstudio.project.document import Document
+from ffdstudio.project.commands import Rename
+document = Document()
+keeper = Autosave(document, Path(sys.argv[2]))
+document.open_mesh(sys.argv[1])
+document.do(Rename("body1", "from the crash"))
+keeper.tick()
+os._exit(9)
+"""
+
+
+def test_what_a_crash_has_left_is_offered_and_brought_back(user, cube, tmp_path):
+    done = subprocess.run([sys.executable, "-c", CRASH, cube, tmp_path / "recovery"], check=False)
+    assert done.returncode == 9
+    user.script.answers = ["recover"]
+    user.window.keeper.offer()
+    user.idle()
+    assert "autosave" in user.script.asked[0].detail
+    assert user.window.document.model.bodies[0].name == "from the crash"
+    assert user.window.document.modified
+
+
+def test_what_is_discarded_is_not_offered_again(user, cube, tmp_path):
+    subprocess.run([sys.executable, "-c", CRASH, cube, tmp_path / "recovery"], check=False)
+    user.script.answers = ["discard"]
+    user.window.keeper.offer()
+    user.window.keeper.offer()
+    assert len(user.script.asked) == 1
+
+
+def test_a_window_that_closes_properly_leaves_no_autosave(ready, tmp_path):
+    ready.window.keeper.tick()
+    ready.idle()
+    assert list((tmp_path / "recovery").glob("*/*.ffdproj"))
+    ready.script.answers = ["discard"]
+    ready.window.close()
+    assert not list((tmp_path / "recovery").iterdir())
+
+
+# ---- meshes of a project ------------------------------------------------------------------
+
+
+def saved(user, tmp_path):
+    user.script.targets = [tmp_path / "a.ffdproj"]
+    user.trigger("file.save")
+    user.idle()
+    user.trigger("file.new")
+    return tmp_path / "a.ffdproj"
+
+
+def test_a_missing_mesh_is_asked_for_and_found_elsewhere(ready, cube, tmp_path):
+    project = saved(ready, tmp_path)
+    cube.rename(tmp_path / "moved.su2")
+    ready.script.answers = ["find"]
+    ready.script.paths = [[project], [tmp_path / "moved.su2"]]
+    ready.trigger("file.open")
+    ready.idle()
+    assert ready.window.document.model.bodies[0].path.name == "moved.su2"
+    assert len(ready.window.document.model.lattices) == 1
+
+
+def test_a_missing_mesh_can_be_left_out(ready, cube, tmp_path):
+    project = saved(ready, tmp_path)
+    cube.unlink()
+    ready.script.answers = ["leave"]
+    ready.open(project)
+    assert ready.window.document.model.bodies == ()
+    assert len(ready.window.document.model.lattices) == 1
+
+
+def test_giving_up_changes_nothing(ready, cube, tmp_path):
+    project = saved(ready, tmp_path)
+    cube.unlink()
+    ready.script.answers = ["cancel"]
+    ready.open(project)
+    assert ready.window.document.model.lattices == ()
+
+
+def test_a_changed_mesh_is_reported_before_it_is_used(ready, cube, tmp_path):
+    project = saved(ready, tmp_path)
+    cube.write_text(cube.read_text().replace("NDIME= 3", "% another\nNDIME= 3"))
+    ready.script.answers = ["open"]
+    ready.open(project)
+    assert "changed" in ready.script.asked[0].text
+    assert len(ready.window.document.model.bodies) == 1
+
+
+# ---- errors -------------------------------------------------------------------------------
+
+
+def test_an_unexpected_error_in_a_slot_is_logged_and_shown_and_the_window_stays(ready, caplog):
+    def broken(_on):
+        raise ZeroDivisionError("a bug")
+
+    ready.window._special["view.ghost"] = broken
+    # pytest-qt puts its own hook in place; ours is what the program runs with
+    sys.excepthook = ready.window.net._hook
+    with ready.qtbot.captureExceptions():
+        sys.excepthook = ready.window.net._hook
+        ready.trigger("view.ghost")
+        ready.qtbot.waitUntil(lambda: bool(ready.script.told))
+    told = ready.script.told[0]
+    assert "unexpected" in told.title
+    assert "a bug" in told.cause
+    assert "ZeroDivisionError" in told.details
+    assert "unexpected error" in caplog.text
+    assert ready.window.isVisible()
+    ready.window.document.do(Rename("body1", "still there"))
+
+
+# ---- settings -----------------------------------------------------------------------------
+
+
+def test_the_layout_is_remembered_and_can_be_reset(make_user):
+    first = make_user()
+    first.window.docks["Points"].hide()
+    first.window.close()
+    second = make_user()
+    assert not second.window.docks["Points"].isVisible()
+    second.trigger("view.reset_layout")
+    assert second.window.docks["Points"].isVisible()
+
+
+def test_recent_files_come_newest_first_without_repetition(tmp_path):
+    paths = [tmp_path / name for name in "abc"]
+    for path in paths:
+        path.touch()
+    settings = Settings(tmp_path / "s.ini")
+    for path in (*paths, paths[0]):
+        settings.remember(path)
+    assert settings.recent() == [paths[0], paths[2], paths[1]]
+    paths[2].unlink()
+    settings.save()
+    again = Settings(tmp_path / "s.ini")
+    assert again.recent() == [paths[0], paths[1]]
+
+
+@pytest.mark.parametrize("content", [b"", b"\x00\xff" * 50, b"[General]\ngeometry=1\nrecent=7\n"])
+def test_damaged_settings_fall_back_to_the_defaults(content, tmp_path):
+    (tmp_path / "s.ini").write_bytes(content)
+    settings = Settings(tmp_path / "s.ini")
+    assert settings.layout() is None
+    assert settings.recent() == []
+    assert settings.text("theme", "light") == "light"
+
+
+def test_a_window_of_the_smallest_size_shows_everything(ready):
+    ready.window.resize(1280, 720)
+    ready.idle()
+    assert ready.window.size().height() == 720
+    ready.trigger("lattice.new")
+    ready.idle()
+    builder = ready.window.lattice.builder
+    place = builder.make.mapTo(ready.window, QPoint(0, 0))
+    assert place.y() + builder.make.height() < 720
+    assert builder.make.visibleRegion().boundingRect().height() == builder.make.height()
+    assert ready.window.viewport.width() > 500
+    assert builder.cancel.focusPolicy() & Qt.FocusPolicy.TabFocus

@@ -1,0 +1,383 @@
+"""Panels: what they show is the document, what is done in them is a command."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+pytest.importorskip("PySide6")
+
+from PySide6.QtCore import QMimeData, QPoint, QPointF, Qt, QUrl
+from PySide6.QtGui import QDropEvent
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QAbstractButton, QAbstractSpinBox, QComboBox, QLineEdit
+
+pytestmark = [pytest.mark.display, pytest.mark.xdist_group("screen")]
+LEFT = Qt.MouseButton.LeftButton
+
+
+@pytest.fixture
+def user(same_user):
+    return same_user
+
+
+@pytest.fixture
+def ready(user, cube):
+    user.open(cube)
+    user.build()
+    return user
+
+
+def labels(user):
+    return user.window.document.history.labels
+
+
+# ---- the start page and opening ---------------------------------------------------------
+
+
+def test_the_start_page_is_there_while_nothing_is_open(user, cube):
+    window = user.window
+    assert window.middle.currentWidget() is window.start
+    user.open(cube)
+    assert window.middle.currentWidget() is window.viewport
+    user.script.answers = ["discard"]
+    user.trigger("file.new")
+    assert window.middle.currentWidget() is window.start
+    assert any(cube.name in tile.accessibleName() for tile in window.start.tiles)
+
+
+def test_an_example_opens_by_a_click(user):
+    tile = next(t for t in user.window.start.tiles if "NACA" in t.accessibleName())
+    QTest.mouseClick(tile, LEFT)
+    user.idle()
+    assert user.window.document.model.bodies[0].mesh.dimension == 2
+
+
+def test_dropped_files_are_opened(user, cube, square):
+    data = QMimeData()
+    data.setUrls([QUrl.fromLocalFile(str(path)) for path in (cube, square)])
+    copy, none = Qt.DropAction.CopyAction, Qt.KeyboardModifier.NoModifier
+    drop = QDropEvent(QPointF(300, 300), copy, data, LEFT, none)
+    user.window.dropEvent(drop)
+    user.idle()
+    assert {b.name for b in user.window.document.model.bodies} == {"cube", "square"}
+
+
+def test_a_broken_file_is_told_with_its_cause_and_changes_nothing(user, tmp_path):
+    path = tmp_path / "broken.su2"
+    path.write_text("NDIME= 3\nNELEM= 4\n")
+    user.open(path)
+    (told,) = user.script.told
+    assert "broken.su2" in told.title
+    assert "NPOIN" in told.cause
+    assert user.window.document.model.bodies == ()
+    assert user.window.problems.count() == 1
+
+
+# ---- the tree ---------------------------------------------------------------------------
+
+
+def test_the_tree_hides_bodies_and_markers_by_commands(ready):
+    tree, document = ready.window.tree, ready.window.document
+    body = tree.topLevelItem(0)
+    assert [body.child(k).text(0) for k in range(body.childCount())] == ["low", "high"]
+    body.child(0).setCheckState(0, Qt.CheckState.Unchecked)
+    assert document.model.bodies[0].hidden_markers == {"low"}
+    tree.topLevelItem(0).setCheckState(0, Qt.CheckState.Unchecked)
+    assert not document.model.bodies[0].visible
+    assert labels(ready)[-2:] == ["Hide low", "Hide cube"]
+    ready.trigger("view.show_all")
+    assert document.model.bodies[0].visible
+    assert not document.model.bodies[0].hidden_markers
+
+
+def test_a_name_that_is_taken_is_refused_and_the_old_one_stays(ready):
+    ready.window.tree.topLevelItem(0).setText(0, "Lattice")
+    assert "taken" in ready.script.told[0].cause
+    assert ready.window.tree.topLevelItem(0).text(0) == "cube"
+    ready.window.tree.topLevelItem(0).setText(0, "Cube A")
+    assert ready.window.document.model.bodies[0].name == "Cube A"
+
+
+def test_a_marker_can_be_what_a_lattice_is_built_around(ready):
+    tree = ready.window.tree
+    menu = tree.menu_of(tree.topLevelItem(0).child(1))
+    menu.actions()[0].trigger()
+    assert ready.window.lattice.building
+    assert ready.window.lattice.builder.around.currentText() == "cube: high"
+    low = ready.window.lattice.builder.draft().lower
+    assert low[0] > 0.9
+
+
+# ---- the builder ------------------------------------------------------------------------
+
+
+def test_wrong_values_are_explained_beside_their_field_and_nothing_is_made(user, cube):
+    user.open(cube)
+    user.trigger("lattice.new")
+    builder, state = user.window.lattice.builder, user.window.studio.state
+    assert state.preview.shape == (6, 4, 4)
+    assert user.window.scene.lattices["preview"].count == 96
+    builder.degrees[1].setValue(7)
+    assert "8 points" in builder.notes["direction 1"].text()
+    assert builder.notes["direction 1"].isVisible()
+    assert not builder.make.isEnabled()
+    assert state.preview is None
+    builder.degrees[1].setValue(2)
+    assert not builder.notes["direction 1"].isVisible()
+    QTest.mouseClick(builder.cancel, LEFT)
+    assert user.window.document.model.lattices == ()
+    assert "preview" not in user.window.scene.lattices
+
+
+def test_typed_bounds_take_over_and_the_points_inside_are_counted(user, cube):
+    user.open(cube)
+    user.trigger("lattice.new")
+    builder = user.window.lattice.builder
+    assert "98" in builder.inside.text()  # all nodes on the surface of 4 x 4 x 4 cells
+    field = builder.high[0]
+    field.setFocus()
+    field.selectAll()
+    QTest.keyClicks(field, "0.3")
+    assert builder.around.currentText() == "Typed bounds"
+    assert builder.inside.text().startswith("41 of 98")  # a face of 25 and a ring of 16
+
+
+def test_an_undeformed_lattice_is_fitted_anew_and_keeps_its_place_in_the_tree(ready):
+    ready.trigger("lattice.refit")
+    builder = ready.window.lattice.builder
+    builder.counts[2].setValue(5)
+    QTest.mouseClick(builder.make, LEFT)
+    ready.idle()
+    assert ready.lattice.rest.shape == (4, 4, 5)
+    assert len(ready.window.document.model.lattices) == 1
+
+
+def test_refinement_keeps_what_is_displayed(ready):
+    document, key = ready.window.document, ready.window.document.model.bodies[0].key
+    start = ready.at((1, 2, 2))
+    ready.drag(start, start + QPoint(30, 30))
+    before = document.points(key).copy()
+    ready.trigger("lattice.elevate_i")
+
+    def insert(dialog):
+        dialog.direction.setCurrentIndex(2)
+        dialog.place.setText("0.25")
+        dialog.place.textEdited.emit("0.25")
+        return True
+
+    ready.script.dialogs = [insert]
+    ready.trigger("lattice.insert_knot")
+    ready.idle()
+    assert ready.lattice.rest.degrees[0] == 4
+    assert ready.lattice.rest.shape[2] == 5
+    assert np.abs(document.points(key) - before).max() < 1e-12
+
+
+def test_too_many_frozen_layers_are_refused_beside_the_field(ready):
+    summary = ready.window.lattice.summary
+    summary.frozen.setValue(1)
+    assert ready.lattice.frozen == 1
+    summary.frozen.setValue(2)
+    assert "At most 1" in summary.problem.text()
+    assert summary.frozen.value() == 1
+
+
+# ---- points by number -------------------------------------------------------------------
+
+
+def type_into(field, text):
+    field.setFocus()
+    field.selectAll()
+    QTest.keyClicks(field, text)
+    QTest.keyClick(field, Qt.Key.Key_Return)
+
+
+def test_positions_displacements_and_weights_can_be_typed_for_many(ready):
+    points, lattice = ready.window.points, ready.window.document
+    lattice.select([(1, 1, 1), (2, 1, 1)])
+    assert points.position.edits[0].placeholderText() == "mixed"
+    type_into(points.position.edits[2], "0.7")
+    current = ready.lattice.current.control_points
+    assert (current[[1, 2], 1, 1, 2] == 0.7).all()
+    type_into(points.displacement.edits[0], "0.1")
+    moved = ready.lattice.current.control_points - ready.lattice.rest.control_points
+    assert moved[[1, 2], 1, 1, 0] == pytest.approx([0.1, 0.1])
+    type_into(points.by.edits[0], "0.1")
+    moved = ready.lattice.current.control_points - ready.lattice.rest.control_points
+    assert moved[[1, 2], 1, 1, 0] == pytest.approx([0.2, 0.2])
+    type_into(points.weight, "2.5")
+    assert (ready.lattice.current.weights[[1, 2], 1, 1] == 2.5).all()
+    assert labels(ready)[2:] == ["Move 2 points"] * 3 + ["Weight of 2 points"]
+
+
+@pytest.mark.parametrize(
+    ("text", "word"), [("two", "number"), ("-1", "positive"), ("inf", "finite")]
+)
+def test_a_wrong_weight_is_explained_below_and_changes_nothing(ready, text, word):
+    ready.window.document.select([(1, 1, 1)])
+    type_into(ready.window.points.weight, text)
+    assert word in ready.window.points.problem.text()
+    assert not ready.lattice.deformed
+
+
+def test_the_weight_slider_is_one_entry_a_drag(ready):
+    ready.window.document.select([(1, 1, 1)])
+    slider = ready.window.points.slider
+    slider.setSliderDown(True)
+    for value in (10, 30, 50):
+        slider.setValue(value)
+        assert ready.lattice.current.weights[1, 1, 1] == pytest.approx(10 ** (value / 100))
+    slider.setSliderDown(False)
+    assert labels(ready)[2:] == ["Weight of point (1, 1, 1)"]
+
+
+# ---- selecting, history, transform ------------------------------------------------------
+
+
+def test_rows_planes_all_invert_grow_and_the_rubber_band(ready):
+    document = ready.window.document
+    ready.click(ready.at((1, 1, 3)))
+    assert document.selection == {(1, 1, 3)}
+    ready.trigger("select.row_i")
+    assert document.selection == {(i, 1, 3) for i in range(4)}
+    ready.trigger("select.plane_j")
+    assert len(document.selection) == 16
+    ready.trigger("select.invert")
+    assert len(document.selection) == 48
+    ready.trigger("select.none")
+    ready.trigger("select.all")
+    assert len(document.selection) == 64
+    ready.trigger("select.box_mode")
+    size = ready.window.viewport.size()
+    ready.drag(QPoint(5, 5), QPoint(size.width() - 5, size.height() // 2))
+    assert 0 < len(document.selection) < 64
+    ready.trigger("select.grow")
+    QTest.keyClick(ready.window.viewport, Qt.Key.Key_Escape)
+    assert ready.window.studio.state.mode == "move"
+
+
+def test_arrow_keys_nudge_the_selection(ready):
+    ready.click(ready.at((1, 1, 3)))
+    QTest.keyClick(ready.window.viewport, Qt.Key.Key_Up)
+    moved = ready.lattice.current.control_points - ready.lattice.rest.control_points
+    assert moved[1, 1, 3, 2] > 0
+    assert labels(ready)[-1] == "Move point (1, 1, 3)"
+
+
+def test_the_history_is_a_list_to_jump_in(ready):
+    start = ready.at((1, 2, 2))
+    ready.drag(start, start + QPoint(30, 30))
+    history = ready.window.history
+    assert [history.item(k).text() for k in range(history.count())] == ["Beginning", *labels(ready)]
+    place = history.visualItemRect(history.item(2)).center()
+    QTest.mouseClick(history.viewport(), LEFT, Qt.KeyboardModifier.NoModifier, place)
+    assert not ready.lattice.deformed
+    assert ready.window.document.history.position == 2
+    assert history.currentRow() == 2
+
+
+@pytest.mark.parametrize("accept", [True, False])
+def test_typed_transformations_are_seen_at_once_and_kept_or_not(ready, accept):
+    ready.window.document.select([(1, 1, 1), (2, 1, 1)])
+
+    def turn(dialog):
+        dialog.angle.setValue(90)
+        assert ready.lattice.deformed  # seen while it is typed
+        return accept
+
+    ready.script.dialogs = [turn]
+    ready.trigger("edit.transform")
+    assert ready.lattice.deformed is accept
+    assert ready.window.document.editing is None
+
+
+def test_soft_selection_and_symmetry_reach_the_tools(ready):
+    ready.trigger("edit.soft")
+    ready.trigger("edit.mirror_y")
+    options = ready.window.tools.options
+    assert options.soft.radius > 0
+    assert options.mirror.axis == 1
+    ready.trigger("edit.mirror_off")
+    assert ready.window.tools.options.mirror is None
+
+
+# ---- views ------------------------------------------------------------------------------
+
+
+def test_ghost_section_edges_and_inside_are_switches(ready):
+    scene, state = ready.window.scene, ready.window.studio.state
+    actor = next(iter(scene.bodies.values()))
+    ready.trigger("view.ghost")
+    assert actor._ghost.faces.GetVisibility()
+    ready.trigger("view.inside")
+    assert actor._dot_data.GetNumberOfVerts() == 98
+    ready.trigger("view.edges")
+    assert not actor.full.faces.GetProperty().GetEdgeVisibility()
+    ready.trigger("view.section")
+    ready.idle()
+    assert state.shown.section is not None
+    assert ready.window.section_bar.isVisible()
+    ready.window.section_bar.place.setValue(60)
+    ready.idle()
+    cut = next(iter(ready.window.sections.actors.values()))
+    assert np.ptp(cut.points.array[:, 1]) < 1e-6
+    ready.trigger("view.section")
+    assert ready.window.sections.actors == {}
+
+
+def test_axis_views_look_along_the_axes(ready):
+    for letter, axis in zip("xyz", np.eye(3), strict=True):
+        ready.trigger(f"view.plus_{letter}")
+        assert (ready.window.viewport.view.back == axis).all()
+        ready.trigger(f"view.minus_{letter}")
+        assert (ready.window.viewport.view.back == -axis).all()
+
+
+def test_the_command_palette_finds_and_runs(ready):
+    def choose(palette):
+        QTest.keyClicks(palette.line, "degree in")
+        QTest.keyClick(palette.line, Qt.Key.Key_Down)
+        QTest.keyClick(palette.line, Qt.Key.Key_Return)
+        return palette.chosen is not None
+
+    ready.script.dialogs = [choose]
+    ready.trigger("help.palette")
+    assert ready.lattice.rest.degrees == (3, 4, 3)
+
+
+def test_themes_change_at_once_and_are_remembered(ready):
+    ready.trigger("view.dark")
+    assert ready.window.studio.theme.name == "dark"
+    assert ready.window.studio.settings.text("theme", "") == "dark"
+    ready.idle()
+    corner = ready.window.viewport.grabFramebuffer().pixelColor(3, 3)
+    assert corner.lightness() < 80
+    ready.trigger("view.light")
+
+
+# ---- keyboard ---------------------------------------------------------------------------
+
+
+def test_every_control_can_be_reached_by_tab(ready):
+    ready.window.document.select([(1, 1, 1)])
+    window = ready.window
+    reached, widget = set(), window.focusWidget() or window.viewport
+    for _ in range(500):
+        widget = widget.nextInFocusChain()
+        if widget.focusPolicy() & Qt.FocusPolicy.TabFocus:
+            reached.add(widget)
+    for panel in (window.tree, window.points, window.lattice, window.viewport):
+        kinds = (QLineEdit, QAbstractSpinBox, QComboBox, QAbstractButton)
+        controls = [c for kind in kinds for c in panel.findChildren(kind) if c.isVisible()]
+        inner = [c for c in controls if not isinstance(c.parent(), QAbstractSpinBox)]
+        assert all(c in reached for c in inner if c.objectName() != "qt_toolbar_ext_button"), [
+            c for c in inner if c not in reached
+        ]
+
+
+def test_tab_leaves_the_picture(ready):
+    view = ready.window.viewport
+    view.setFocus()
+    QTest.keyClick(view, Qt.Key.Key_Tab)
+    assert not view.hasFocus()
