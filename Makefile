@@ -10,8 +10,8 @@ SAMPLE := sample_meshes/naca0012.su2
 WITHOUT_DISPLAY := env -u DISPLAY -u WAYLAND_DISPLAY
 WITHOUT_QT := PYTHONPATH=tests/blocked \
 	BLOCKED_MODULES=PySide6,shiboken6,pyvistaqt,pyqtgraph,superqt,qtawesome,qtpy
-# Tests of the window share one screen, so they stay together on one worker.
-PYTEST := $(BIN)/python -m pytest -n 2 --dist loadgroup
+PYTEST := $(BIN)/python -m pytest
+BELOW_THE_WINDOW := -n 2 --ignore=tests/gui
 SCREEN = $(if $(DISPLAY),,xvfb-run -a -s "-screen 0 1600x1200x24")
 
 .PHONY: help run test headless lint types layers campaign bench samples clean
@@ -30,12 +30,12 @@ run: ## set everything up and open the window (without a display: run the demo)
 
 test: ## set everything up and run the whole suite (without a display: under Xvfb)
 	@$(SETUP) dev
-	@$(SCREEN) $(BIN)/python -m pytest -m hands tests/gui
-	@$(SCREEN) $(PYTEST)
+	@$(SCREEN) $(PYTEST) tests/gui # one process: there is one screen, with one pointer
+	@$(PYTEST) $(BELOW_THE_WINDOW)
 
 headless: ## all tests below the window, with Qt blocked and no display
 	@$(SETUP) dev
-	@$(WITHOUT_DISPLAY) $(WITHOUT_QT) $(PYTEST) -p no:pytest-qt --ignore=tests/gui
+	@$(WITHOUT_DISPLAY) $(WITHOUT_QT) $(PYTEST) $(BELOW_THE_WINDOW) -p no:pytest-qt
 
 lint: ## style (ruff)
 	@$(SETUP) dev
@@ -52,7 +52,7 @@ layers: ## import contracts between the rooms (import-linter)
 
 campaign: ## the slow tests (fuzzing, hostile files)
 	@$(SETUP) dev
-	@$(SCREEN) $(BIN)/python -m pytest -m campaign
+	@$(SCREEN) $(PYTEST) -m campaign -o faulthandler_timeout=7200
 
 bench: ## every benchmark, one after the other
 	@$(SETUP) bench

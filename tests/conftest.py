@@ -11,14 +11,9 @@ ROOT = Path(__file__).parents[1]
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Keep what uses the screen on one worker; skip it where there is none.
-
-    `make test` brings Xvfb along.
-    """
+    """Skip what needs a screen where there is none; `make test` brings Xvfb along."""
     screen = os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")
     for item in items:
-        if item.path.is_relative_to(ROOT / "tests" / "gui"):
-            item.add_marker(pytest.mark.xdist_group("screen"))
         if item.get_closest_marker("display") and not screen:
             item.add_marker(pytest.mark.skip(reason="needs a display (make test brings one)"))
 

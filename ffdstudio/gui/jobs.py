@@ -150,13 +150,15 @@ class Jobs(QObject):
     def _deliver(self, job: Job, kind: str, value: Any) -> None:
         if job not in self._jobs:
             return
-        if kind == "progress":
-            job.fraction, job.text = value
-        else:
-            self._jobs.remove(job)
-            if not job.progress.cancelled:
-                self._finish(job, kind, value)
-        self.changed.emit()
+        try:
+            if kind == "progress":
+                job.fraction, job.text = value
+            else:
+                self._jobs.remove(job)
+                if not job.progress.cancelled:
+                    self._finish(job, kind, value)
+        finally:
+            self.changed.emit()  # `finish` waits for it, whatever a callback raises
 
     def _finish(self, job: Job, kind: str, value: Any) -> None:
         if kind == "done":

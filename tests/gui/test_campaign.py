@@ -20,7 +20,7 @@ from ffdstudio.gui.window import MainWindow
 from tests.gui.conftest import Script, User, close
 from tests.project.test_campaign import Witness, check
 
-pytestmark = [pytest.mark.display, pytest.mark.xdist_group("screen")]
+pytestmark = pytest.mark.display
 MOST = 300  # control points of a lattice: refinement stops there, for time
 NEVER = {"file.quit", "help.log"}
 GROWING = ("lattice.elevate", "lattice.insert", "file.open", "lattice.load")
@@ -165,7 +165,6 @@ def test_a_short_random_session_in_the_window(
 
 
 @pytest.mark.campaign
-@pytest.mark.timeout(3000)
 def test_two_thousand_random_actions_in_the_window(
     qtbot: Any, tmp_path: Path, cube: Path, square: Path
 ) -> None:

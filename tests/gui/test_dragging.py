@@ -12,7 +12,7 @@ from PySide6.QtTest import QTest
 
 from ffdstudio.project.commands import MovePoints, SetWeights
 
-pytestmark = [pytest.mark.display, pytest.mark.xdist_group("screen")]
+pytestmark = pytest.mark.display
 POINT = (2, 1, 3)
 
 

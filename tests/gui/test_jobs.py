@@ -93,3 +93,13 @@ def test_close_waits_for_the_threads_and_calls_nobody(qtbot):
     assert threading.active_count() <= before
     qtbot.wait(10)
     assert came == []
+
+
+def test_a_callback_that_fails_does_not_keep_finish_waiting(jobs, qtbot):
+    def fail(_result):
+        raise ValueError("a bug")
+
+    with qtbot.captureExceptions() as errors:
+        jobs.start("work", lambda p: None, fail)
+        jobs.finish()
+    assert [str(value) for _, value, _ in errors] == ["a bug"]

@@ -14,7 +14,7 @@ from PySide6.QtCore import QPoint, Qt
 from ffdstudio.gui.settings import Settings
 from ffdstudio.project.commands import Rename
 
-pytestmark = [pytest.mark.display, pytest.mark.xdist_group("screen")]
+pytestmark = pytest.mark.display
 
 
 @pytest.fixture

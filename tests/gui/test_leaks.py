@@ -18,7 +18,7 @@ from ffdstudio.gui.settings import Settings
 from ffdstudio.gui.window import MainWindow
 from tests.gui.conftest import Script, User, close
 
-pytestmark = [pytest.mark.display, pytest.mark.xdist_group("screen")]
+pytestmark = pytest.mark.display
 
 
 def census() -> dict[str, int]:
@@ -65,6 +65,5 @@ def test_a_few_windows_leave_nothing(qtbot: Any, tmp_path: Path, cube: Path) -> 
 
 
 @pytest.mark.campaign
-@pytest.mark.timeout(1200)
 def test_fifty_windows_leave_nothing(qtbot: Any, tmp_path: Path, cube: Path) -> None:
     leaks(qtbot, tmp_path, cube, 50)

@@ -12,7 +12,7 @@ from PySide6.QtGui import QDropEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QAbstractButton, QAbstractSpinBox, QComboBox, QLineEdit
 
-pytestmark = [pytest.mark.display, pytest.mark.xdist_group("screen")]
+pytestmark = pytest.mark.display
 LEFT = Qt.MouseButton.LeftButton
 
 

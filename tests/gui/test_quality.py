@@ -22,7 +22,7 @@ from ffdstudio.meshes.safety.guard import Guard
 from ffdstudio.meshes.safety.limits import PRESETS, Stop
 from ffdstudio.project.guarding import Verdict
 
-pytestmark = [pytest.mark.display, pytest.mark.xdist_group("screen")]
+pytestmark = pytest.mark.display
 POINT = (2, 2, 2)
 
 

@@ -55,7 +55,6 @@ def test_the_palette_finds_by_letters_in_order():
 
 
 @pytest.mark.display
-@pytest.mark.xdist_group("screen")
 def test_every_row_can_be_carried_out(user):
     """Each name leads to a method of a handler."""
     window = user.window

@@ -13,7 +13,7 @@ pytest.importorskip("PySide6")
 from ffdstudio.project.feedback import weight_handle
 from ffdstudio.project.replaying import export, replay
 
-pytestmark = [pytest.mark.display, pytest.mark.hands]
+pytestmark = pytest.mark.display
 POINT = (2, 1, 2)
 
 

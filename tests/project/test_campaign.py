@@ -289,6 +289,5 @@ def test_a_short_random_session_undoes_and_replays_to_the_same_bytes(
 
 
 @pytest.mark.campaign
-@pytest.mark.timeout(1800)
 def test_two_thousand_random_actions_undo_and_replay_to_the_same_bytes(tmp_path: Path) -> None:
     campaign(tmp_path, 2000, seed=2026)
