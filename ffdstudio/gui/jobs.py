@@ -81,7 +81,7 @@ def _run(job: Job, work: Callable[[Progress], Any], post: Callable[..., None]) -
         result = work(job.progress)
     except Cancelled:
         post(job, "cancelled", None)
-    except Exception as error:
+    except BaseException as error:  # of a library that calls sys.exit, too: a job always ends
         post(job, "failed", error)
     else:
         post(job, "done", result)

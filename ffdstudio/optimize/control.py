@@ -34,12 +34,13 @@ class Control:
         self._stop.set()
         self._go.set()
 
-    def begin(self) -> None:
-        """Forget that an earlier run was stopped."""
+    def ended(self) -> None:
+        """Let the next run go; a stop that comes before a run has begun still ends it."""
         self._stop.clear()
 
     def wait(self) -> None:
         """Hold an iterate up during a pause, and end the run if it is stopped."""
+        self.check()
         self._go.wait()
         if self._one.is_set():
             self._one.clear()

@@ -196,6 +196,7 @@ class Run:
         self.best = self.problem.start(self._reached)
         if self._number == 0:
             self._iterate(self.best)
+            self.study.control.check()
         self._values = [self.best.value]
         return self.best.z
 
@@ -237,11 +238,12 @@ class Run:
     # ---- what the problem tells -------------------------------------------------------------
 
     def _evaluated(self, trial: Trial) -> None:
-        self.study.control.check()
         gradient = np.nan if trial.gradient is None else float(np.linalg.norm(trial.gradient))
         self._record("evaluation", trial.value, gradient, y=self._y(trial.z))
         if self.problem.better(trial, getattr(self, "best", trial)):
             self.best = trial
+        if self.history.iterates:  # where the study began is always an iterate
+            self.study.control.check()
 
     def _reported(self, trial: Trial) -> None:
         self.best = trial

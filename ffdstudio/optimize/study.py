@@ -147,8 +147,10 @@ class Study:
             If the objective fails at the start, or the log cannot be written.
         """
         self.history = History()
-        self.control.begin()
-        Run(self, self.history, listener).to_the_end()
+        try:
+            Run(self, self.history, listener).to_the_end()
+        finally:
+            self.control.ended()
         return self.history
 
 

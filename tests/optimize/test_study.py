@@ -146,6 +146,18 @@ def test_a_study_pauses_and_steps_in_a_thread():
     assert count <= len(seen) <= count + 2
 
 
+def test_a_stop_that_comes_before_anything_is_evaluated_leaves_the_start():
+    study = Study(fitting())
+    study.pause()
+    study.stop()
+    study.pause()  # as a window does that prepares a study for single steps
+    history = study.run()
+    assert [record.kind for record in history.records] == ["evaluation", "iterate", "end"]
+    assert history.records[-1].note == "stopped"
+    study.proceed()
+    assert len(study.run().iterates) > 2  # the next run goes
+
+
 def test_with_pressures_as_the_cost_adaptivity_beats_regular_and_cosine_columns(flow):
     def last(kind):
         return Study(task(flow, columns(20, kind), POINTS)).run()

@@ -30,6 +30,7 @@ State = tuple[Array, ...]  # work, u, point, difference, step, jacobian, inverse
 
 NEWTON, SECANT, OCTREE, GOLDEN = range(4)
 BEYOND = 3.0  # cells that a search may leave its cell by before it is given up
+GOLDEN_STEPS = 15  # to 0.15 % of the interval
 ON_KNOT = 1e-12  # of a span: a parameter this little outside counts as in it
 
 
@@ -356,7 +357,7 @@ def _golden(
             low, high = s[axis] - size, s[axis] + size
             a, b = high - golden * (high - low), low + golden * (high - low)
             fa = fb = -1.0
-            while high - low > 2e-3 * size:
+            for _step in range(GOLDEN_STEPS):  # a count: rounding may stop the interval's shrinking
                 if fa < 0.0:
                     u[axis] = middle[axis] + half[axis] * a
                     _locate(net, knots, degrees, span, u, work, point)

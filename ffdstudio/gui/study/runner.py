@@ -178,10 +178,10 @@ class StudyRunner(QObject):
 
         progress(0.0, "Preparing")
         study = prepare(run.plan, model, item).study
-        progress(0.0, "Running")
-        run.study = study
         if paused:
             study.pause()
+        run.study = study  # from here on a stop reaches it; before, a cancel ends this job
+        progress(0.0, "Running")
         self._queue.append((run, "paused" if paused else "running"))
 
         told = 0.0
