@@ -25,7 +25,7 @@ class Frame(NamedTuple):
             raise InputError(f"a lattice has 1, 2 or 3 directions, not {dimension}")
         if axes is None:
             return cls(np.eye(3)[:dimension].copy())
-        vectors = np.array(axes, dtype=np.float64)
+        vectors = kv.numbers(axes, "the axes of a lattice")
         if vectors.shape != (dimension, 3):
             raise InputError(
                 f"a lattice of {dimension} directions needs axes of shape ({dimension}, 3), "
@@ -37,7 +37,7 @@ class Frame(NamedTuple):
 
     def bounds(self, points: ArrayLike, margin: float) -> tuple[Array, Array]:
         """Lower and upper corner, (3,) each, of the points with a margin around them."""
-        array = np.asarray(points, dtype=np.float64)
+        array = kv.numbers(points, "points")
         if array.ndim != 2 or array.shape[1] != 3 or len(array) == 0:
             raise InputError(f"points must be an array (n, 3) with n >= 1, got {array.shape}")
         if not np.isfinite(array).all():
@@ -67,10 +67,10 @@ def box_net(
     spacing: str,
 ) -> tuple[list[Array], Array, Array, list[int]]:
     """Knots, control points, axes and degrees of a box lattice."""
-    frame = Frame.of(axes, len(shape))
-    counts = [_count(n) for n in shape]
-    if degrees is None:
-        degrees = [min(3, n - 1) for n in counts]
+    counts = [_count(n) for n in _listed(shape, "shape")]
+    frame = Frame.of(axes, len(counts))
+    given = degrees if degrees is None else _listed(degrees, "degrees")
+    degrees = [min(3, n - 1) for n in counts] if given is None else given
     if len(degrees) != len(counts):
         raise InputError(f"{len(counts)} directions need as many degrees, got {len(degrees)}")
     lo, hi = _corners(lower, upper, len(counts))
@@ -89,15 +89,22 @@ def in_world(coordinates: Array, axes: Array) -> Array:
     return coordinates @ axes
 
 
+def _listed(values: Sequence[int], what: str) -> list[int]:
+    if isinstance(values, str) or not hasattr(values, "__iter__"):
+        raise InputError(f"{what} must have a number for each direction, got {values!r}")
+    return list(values)
+
+
 def _count(number: int) -> int:
-    if number != int(number) or number < 2:
+    count = kv.whole(number)
+    if count is None or count < 2:
         raise InputError(f"a direction needs at least 2 control points, got {number}")
-    return int(number)
+    return count
 
 
 def _corners(lower: ArrayLike, upper: ArrayLike, dimension: int) -> tuple[Array, Array]:
-    lo = np.asarray(lower, dtype=np.float64).ravel()[:dimension]
-    hi = np.asarray(upper, dtype=np.float64).ravel()[:dimension]
+    lo = kv.numbers(lower, "the corners of the box").ravel()[:dimension]
+    hi = kv.numbers(upper, "the corners of the box").ravel()[:dimension]
     if lo.size < dimension or hi.size < dimension:
         raise InputError(f"the corners of the box need {dimension} coordinates each")
     if not (np.isfinite(lo).all() and np.isfinite(hi).all()):

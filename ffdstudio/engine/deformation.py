@@ -119,6 +119,8 @@ def checked_out(out: Array | None, shape: tuple[int, ...]) -> Array:
     """`out`, or a new array; raises `InputError` if it cannot take the result."""
     if out is None:
         return np.empty(shape)
+    if not isinstance(out, np.ndarray):
+        raise InputError(f"the output must be an array {shape}, got {type(out).__name__}")
     if out.shape != shape or out.dtype != np.float64 or not out.flags.carray:
         raise InputError(
             f"the output must be a writable contiguous float64 array {shape}, "
@@ -129,6 +131,8 @@ def checked_out(out: Array | None, shape: tuple[int, ...]) -> Array:
 
 def check_space(lattice: Lattice, current: Lattice) -> None:
     """Raise `InputError` unless both lattices have the same degrees and knots."""
+    if not isinstance(current, Lattice):
+        raise InputError(f"the deformed lattice must be a Lattice, got {type(current).__name__}")
     if not lattice.same_space(current):
         raise InputError(
             f"the deformed lattice {current} has other degrees or knots than the {lattice} "

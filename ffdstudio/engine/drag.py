@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from ffdstudio import threads
 from ffdstudio.engine.deformation import SMALL, Deformer, checked_out
-from ffdstudio.engine.knots import Array
+from ffdstudio.engine.knots import Array, numbers
 from ffdstudio.engine.lattice import Lattice
 from ffdstudio.engine.products import influence
 from ffdstudio.errors import InputError
@@ -52,7 +52,7 @@ class Drag:
         """
         from ffdstudio.engine.kernels import move
 
-        step = np.array(vector, dtype=np.float64)
+        step = numbers(vector, "the motion of a drag")
         if step.shape != (3,) or not np.isfinite(step).all():
             raise InputError(f"the motion of a drag must be 3 finite numbers, got {vector!r}")
         step[step == 0] = -0.0  # adding -0.0 changes no bit, not even those of -0.0
@@ -70,11 +70,11 @@ class Drag:
 
 def _chosen(control_points: ArrayLike, count: int) -> np.ndarray:
     """(count,) bool from flat control point numbers."""
-    numbers = np.atleast_1d(np.asarray(control_points))
-    if numbers.size and not np.issubdtype(numbers.dtype, np.integer):
+    chosen_ones = np.atleast_1d(np.asarray(control_points))
+    if chosen_ones.size and not np.issubdtype(chosen_ones.dtype, np.integer):
         raise InputError("control points to drag are given by their numbers")
-    if numbers.size and not (numbers.min() >= 0 and numbers.max() < count):
-        raise InputError(f"the lattice has control points 0 to {count - 1}, got {numbers}")
+    if chosen_ones.size and not (chosen_ones.min() >= 0 and chosen_ones.max() < count):
+        raise InputError(f"the lattice has control points 0 to {count - 1}, got {chosen_ones}")
     chosen = np.zeros(count, dtype=bool)
-    chosen[numbers.astype(np.intp)] = True
+    chosen[chosen_ones.astype(np.intp)] = True
     return chosen

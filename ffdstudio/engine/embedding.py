@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ffdstudio.engine.deformation import Deformer, check_space
 from ffdstudio.engine.inversion import Inversion, invert
-from ffdstudio.engine.knots import Array
+from ffdstudio.engine.knots import Array, numbers
 from ffdstudio.engine.lattice import Lattice
 from ffdstudio.errors import InputError
 
@@ -65,7 +65,8 @@ def embed(
     array([[0.5 , 0.25, 1.5 ],
            [2.  , 0.  , 0.  ]])
     """
-    array = np.ascontiguousarray(points, dtype=np.float64)
+    known = isinstance(points, np.ndarray) and points.dtype == np.float64
+    array = np.ascontiguousarray(points if known else numbers(points, "points to embed"))
     if array.ndim != 2 or array.shape[1] != 3:
         raise InputError(f"points to embed must be an array (n, 3), got {array.shape}")
     if not np.isfinite(array).all():

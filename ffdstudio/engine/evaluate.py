@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ffdstudio.engine.basis import basis
-from ffdstudio.engine.knots import Array
+from ffdstudio.engine.knots import Array, numbers
 from ffdstudio.errors import InputError
 
 if TYPE_CHECKING:
@@ -38,7 +38,7 @@ def evaluate(lattice: Lattice, uvw: ArrayLike, derivative: Sequence[int] | None 
 
 def checked_parameters(lattice: Lattice, uvw: ArrayLike) -> Array:
     """(n, d) float64 parameters inside the domain, else `InputError`."""
-    u = np.asarray(uvw, dtype=np.float64)
+    u = numbers(uvw, "parametric coordinates")
     if u.ndim != 2 or u.shape[1] != lattice.dimension:
         raise InputError(
             f"parametric coordinates must be an array (n, {lattice.dimension}), got {u.shape}"

@@ -11,6 +11,38 @@ Array = NDArray[np.float64]
 DIRECTIONS = "ijk"  # names of the parametric directions
 
 
+CLOSEST = 1e-12  # of the range: distinct knots nearer than this are a mistake of rounding
+
+
+def numbers(values: ArrayLike, what: str) -> Array:
+    """Return a new float64 array, or raise `InputError` if these are no numbers.
+
+    Examples
+    --------
+    >>> numbers([1, 2], "the weights")
+    array([1., 2.])
+    """
+    try:
+        return np.array(values, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise InputError(f"{what} must be an array of numbers") from None
+
+
+def whole(value: object) -> int | None:
+    """Return a number that is whole as an int, else None.
+
+    Examples
+    --------
+    >>> whole(3.0), whole(3.5), whole(float("nan")), whole("3")
+    (3, None, None, None)
+    """
+    try:
+        number = int(value)  # type: ignore[call-overload]
+    except (TypeError, ValueError, OverflowError):
+        return None
+    return number if number == value else None
+
+
 def clamped_uniform(count: int, degree: int, lower: float = 0.0, upper: float = 1.0) -> Array:
     """Clamped knot vector with equally long knot spans over ``[lower, upper]``.
 
@@ -83,7 +115,7 @@ def find_spans(knots: Array, degree: int, u: Array) -> NDArray[np.intp]:
 def check_degree(count: int, degree: int, direction: str = "") -> None:
     """Raise `InputError` unless ``1 <= degree <= count - 1``."""
     where = f" in direction {direction}" if direction else ""
-    if degree != int(degree) or degree < 1:
+    if (whole(degree) or 0) < 1:
         raise InputError(f"degree {degree}{where} must be a whole number of at least 1")
     if degree > count - 1:
         raise InputError(
@@ -93,8 +125,8 @@ def check_degree(count: int, degree: int, direction: str = "") -> None:
 
 def checked(knots: ArrayLike, degree: int, count: int, direction: str = "") -> Array:
     """Return a knot vector as float64, or raise `InputError` saying what is wrong with it."""
-    values = np.array(knots, dtype=np.float64)
     where = f" in direction {direction}" if direction else ""
+    values = numbers(knots, f"the knots{where}")
     check_degree(count, degree, direction)
     if values.shape != (count + degree + 1,):
         raise InputError(
@@ -109,4 +141,15 @@ def checked(knots: ArrayLike, degree: int, count: int, direction: str = "") -> A
         raise InputError(f"the knots{where} must be clamped: {degree + 1} equal ones at each end")
     if (values[degree + 1 :] == values[: -degree - 1]).any():
         raise InputError(f"an inner knot{where} may occur at most {degree} times")
+    check_gaps(values, direction)
     return values
+
+
+def check_gaps(knots: Array, direction: str = "") -> None:
+    """Raise `InputError` if ascending knots differ by so little that no knot span fits between."""
+    gaps = np.diff(knots)
+    near = np.flatnonzero((gaps > 0) & (gaps < CLOSEST * (knots[-1] - knots[0])))
+    if near.size:
+        where = f" in direction {direction}" if direction else ""
+        a, b = (float(knot) for knot in knots[near[0] : near[0] + 2])
+        raise InputError(f"the knots {a!r} and {b!r}{where} nearly coincide: make them equal")

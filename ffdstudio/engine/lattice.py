@@ -55,7 +55,7 @@ class Lattice:
     array([[0.5 , 0.25, 1.  ]])
     """
 
-    __slots__ = ("axes", "control_points", "degrees", "knots", "weights")
+    __slots__ = ("__weakref__", "axes", "control_points", "degrees", "knots", "weights")
 
     degrees: tuple[int, ...]
     knots: tuple[Array, ...]
@@ -341,7 +341,7 @@ class Lattice:
             Inner knots, repeated if more than one of a multiple knot shall go.
         tolerance : float
             Largest distance any point may move, world units. Rounding (1e-13 of the
-            diagonal) is always allowed.
+            diagonal, and that of the coordinates themselves) is always allowed.
 
         Raises
         ------
@@ -369,7 +369,7 @@ class Lattice:
 
 
 def _points(control_points: ArrayLike) -> Array:
-    points = np.array(control_points, dtype=np.float64)
+    points = kv.numbers(control_points, "control points")
     if points.ndim not in (2, 3, 4) or points.shape[-1] != 3:
         raise InputError(
             "control points must be an array (a+1, 3), (a+1, b+1, 3) or (a+1, b+1, c+1, 3), "
@@ -383,7 +383,7 @@ def _points(control_points: ArrayLike) -> Array:
 def _weights(weights: ArrayLike | None, shape: tuple[int, ...]) -> Array:
     if weights is None:
         return np.ones(shape)
-    values = np.array(weights, dtype=np.float64)
+    values = kv.numbers(weights, "weights")
     if values.shape != shape:
         raise InputError(f"the weights of this lattice have shape {shape}, got {values.shape}")
     if not (np.isfinite(values).all() and (values > 0).all()):

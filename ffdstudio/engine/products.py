@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ffdstudio.engine.deformation import Deformer, check_space
-from ffdstudio.engine.knots import Array
+from ffdstudio.engine.knots import Array, numbers
 from ffdstudio.engine.lattice import Lattice
 from ffdstudio.engine.polynomials import Cells, Motion
 from ffdstudio.errors import InputError
@@ -127,7 +127,7 @@ def _by_control_point(cells: Cells, values: Array, count: int) -> Array:
 
 
 def _like(values: ArrayLike, pattern: Array, name: str) -> Array:
-    array = np.asarray(values, dtype=np.float64)
+    array = numbers(values, name)
     if array.shape != pattern.shape:
         raise InputError(f"{name} must have the shape {pattern.shape}, got {array.shape}")
     return array

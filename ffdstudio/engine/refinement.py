@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ffdstudio.engine import transfer
-from ffdstudio.engine.knots import DIRECTIONS, Array
+from ffdstudio.engine.knots import DIRECTIONS, Array, check_gaps, numbers, whole
 from ffdstudio.errors import InputError
 
 if TYPE_CHECKING:
@@ -32,7 +32,7 @@ def insertion(lattice: Lattice, axis: int, knots: ArrayLike) -> Change:
     """See `Lattice.insert_knots`."""
     axis = _checked_axis(lattice, axis)
     old, degree = lattice.knots[axis], lattice.degrees[axis]
-    new = np.atleast_1d(np.asarray(knots, dtype=np.float64))
+    new = numbers(knots, "knots to insert").ravel()
     if not ((new > old[0]) & (new < old[-1])).all():
         raise InputError(
             f"knots to insert in direction {DIRECTIONS[axis]} must lie inside "
@@ -44,14 +44,16 @@ def insertion(lattice: Lattice, axis: int, knots: ArrayLike) -> Change:
             f"knot {values[1:-1][np.argmax(counts[1:-1])]:g} in direction {DIRECTIONS[axis]} "
             f"would occur more than {degree} times"
         )
+    check_gaps(np.sort(np.concatenate([old, new])), DIRECTIONS[axis])
     return Change(axis, degree, *transfer.insertion(old, degree, new))
 
 
 def checked_times(times: int) -> int:
     """How often to raise a degree, or `InputError`."""
-    if times != int(times) or times < 0:
+    count = whole(times)
+    if count is None or count < 0:
         raise InputError(f"a degree can be raised by 0, 1, 2, ... times, not {times}")
-    return int(times)
+    return count
 
 
 def elevation(lattice: Lattice, axis: int) -> Change:
@@ -65,7 +67,7 @@ def removal(lattice: Lattice, axis: int, knots: ArrayLike, tolerance: float) -> 
     """See `Lattice.remove_knots`."""
     axis = _checked_axis(lattice, axis)
     old, degree = lattice.knots[axis], lattice.degrees[axis]
-    gone = np.atleast_1d(np.asarray(knots, dtype=np.float64))
+    gone = numbers(knots, "knots to remove").ravel()
     inner = list(old[degree + 1 : -degree - 1])
     for knot in gone:
         if knot not in inner:
@@ -73,12 +75,19 @@ def removal(lattice: Lattice, axis: int, knots: ArrayLike, tolerance: float) -> 
         inner.remove(knot)
     coarser, matrix, back = transfer.removal(old, degree, gone)
     moved = _motion(lattice, axis, back @ matrix)
-    if not moved <= tolerance + 1e-13 * np.linalg.norm(np.ptp(_flat(lattice), axis=0)):
+    if not moved <= tolerance + _rounding(lattice):
         raise InputError(
             f"removing knots {gone} from direction {DIRECTIONS[axis]} would move the "
             f"shape by up to {moved:.3g}, more than the tolerance {tolerance:.3g}"
         )
     return Change(axis, degree, coarser, matrix)
+
+
+def _rounding(lattice: Lattice) -> float:
+    """Motion that rounding alone explains: of the sums, and of the coordinates as stored."""
+    flat = _flat(lattice)
+    stored = 32 * np.finfo(float).eps * float(np.abs(flat).max())
+    return max(1e-13 * float(np.linalg.norm(np.ptp(flat, axis=0))), stored)
 
 
 def _motion(lattice: Lattice, axis: int, matrix: Array) -> float:

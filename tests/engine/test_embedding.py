@@ -280,3 +280,80 @@ def test_no_points_at_all_are_fine():
 def test_wrong_input_is_refused_in_words(call, words):
     with pytest.raises(InputError, match=words):
         call(Lattice.box([0, 0, 0], [1, 1, 1]))
+
+
+def polar_net():
+    """A fuselage: j = 0 is its axis, where the map is singular."""
+    lattice = Lattice.box([0, 0, 0], [1, 1, 1], shape=(7, 4, 4))
+    q = lattice.control_points
+    angle, radius = 2 * np.pi * q[..., 0], q[..., 1] * (1.1 - q[..., 2])
+    around = [4 * q[..., 2], radius * np.cos(angle), radius * np.sin(angle)]
+    return lattice.moved(np.stack(around, axis=-1))
+
+
+@pytest.mark.parametrize("method", FAST)
+def test_no_point_near_the_axis_of_a_polar_net_is_lost(method):
+    lattice, rng = polar_net(), np.random.default_rng(0)
+    off = 10.0 ** rng.uniform(-7, -1, 1000)
+    x = lattice.evaluate(np.column_stack([rng.random(1000), off, rng.random(1000)]))
+    found = embed(lattice, x, method)
+    assert found.inside.all()
+    assert np.abs(lattice.evaluate(found.parameters) - x).max() <= 2e-9 * lattice.diagonal
+    beyond = rng.uniform(-2, 5, (2000, 3))
+    beyond = beyond[np.hypot(beyond[:, 1], beyond[:, 2]) > 1.2]
+    assert not embed(lattice, beyond, method).inside.any()
+
+
+@pytest.mark.parametrize("offset", [1e3, 1e6, 1e7])
+@pytest.mark.parametrize("kind", ["greville", "uniform", "weighted", "plane"])
+def test_a_lattice_far_from_the_origin_loses_no_point(kind, offset):
+    rng = np.random.default_rng(1)
+    shape = (6, 5) if kind == "plane" else (6, 5, 4)
+    spacing = "uniform" if kind in ("uniform", "plane") else "greville"
+    box = Lattice.box([offset] * 3, [offset + 1] * 3, shape, spacing=spacing)
+    if kind == "weighted":
+        box = box.moved(weights=rng.uniform(0.5, 2, shape))
+    ends = np.linspace(*box.domain.T, 3)
+    faces = np.stack(np.meshgrid(*ends.T, indexing="ij"), -1).reshape(-1, len(shape))
+    for u in (rng.uniform(*box.domain.T, (500, len(shape))), faces):
+        found = embed(box, box.evaluate(u))
+        assert found.inside.all()
+        low, high = box.domain.T
+        assert ((found.parameters >= low) & (found.parameters <= high)).all()
+    away = 2e-8 + 1e-14 * offset
+    assert not embed(box, [[offset - away, offset + 0.5, offset + 0.5]]).inside.any()
+
+
+def test_a_flat_net_is_refused_in_words():
+    flat = Lattice.box([0, 0, 0], [1, 1, 1], (4, 4, 4))
+    for net in (flat.control_points * [1, 1, 0], 0 * flat.control_points):
+        with pytest.raises(InputError, match="the lattice is flat"):
+            embed(flat.moved(net), [[0.5, 0.5, 0.0]])
+    curved = flat.control_points**2 * [1, 1, 0]
+    with pytest.raises(InputError, match="the lattice is flat"):
+        embed(flat.moved(curved), [[0.5, 0.5, 0.0]])
+
+
+def test_a_lattice_is_cut_into_cells_once_and_let_go_with_it():
+    from ffdstudio.engine.inversion import prepare
+
+    lattice = CURVED["wavy"]()
+    embed(lattice, [[0.5, 0.5, 0.5]])
+    key = id(lattice)
+    first = prepare._known[key][1]
+    embed(lattice, [[0.4, 0.5, 0.5]])
+    assert prepare._known[key][1] is first
+    del lattice
+    assert key not in prepare._known
+
+
+@pytest.mark.parametrize("points", ["abc", [[0, 0], [1]], None])
+def test_points_that_are_no_numbers_are_refused(points):
+    with pytest.raises(InputError, match="points to embed must be an array"):
+        embed(Lattice.box([0, 0, 0], [1, 1, 1], (2, 2, 2)), points)
+
+
+@pytest.mark.parametrize("tolerance", [0, -1, np.nan, np.inf, "1", None])
+def test_a_wrong_tolerance_is_refused(tolerance):
+    with pytest.raises(InputError, match="tolerance"):
+        embed(Lattice.box([0, 0, 0], [1, 1, 1], (2, 2, 2)), [[0, 0, 0]], tolerance=tolerance)

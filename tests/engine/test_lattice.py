@@ -223,3 +223,42 @@ def test_an_edit_that_cannot_be_is_refused_in_words(edit, words):
     box = Lattice.box([0, 0, 0], [1, 1, 1], (5, 3, 2), (3, 2, 1))
     with pytest.raises(InputError, match=words):
         edit(box)
+
+
+# ---- what is no lattice ---------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("make", "words"),
+    [
+        (lambda: Lattice.box([0] * 3, [1] * 3, shape=(np.nan, 2, 2)), "at least 2"),
+        (lambda: Lattice.box([0] * 3, [1] * 3, shape=8), "shape"),
+        (lambda: Lattice.box([0] * 3, [1] * 3, shape=(4, 4, 4), degrees=3), "degrees"),
+        (lambda: Lattice.box([0] * 3, [1] * 3, (4, 4, 4), degrees=(np.nan, 1, 1)), "degree"),
+        (lambda: Lattice.box("abc", [1] * 3, (2, 2)), "corners"),
+        (lambda: Lattice([1], [None], [[0, 0, 0], [1, 0, 0]]), "knots"),
+        (lambda: Lattice([1], [[0, 0, 1, 1]], [[0, 0, 0], [1, 0]]), "control points"),
+        (lambda: BOX.moved("abc"), "control points"),
+        (lambda: BOX.elevate_degree(0, np.nan), "times"),
+        (lambda: BOX.insert_knots(0, "x"), "knots"),
+        (lambda: BOX.insert_knots(0, [0.3, 0.1 + 0.2]), "nearly coincide"),
+        (lambda: BOX.insert_knots(0, [np.nextafter(0.5, 1)]), "nearly coincide"),
+        (lambda: BOX.insert_knots(0, [5e-324]), "nearly coincide"),
+    ],
+)
+def test_what_makes_no_lattice_is_refused_in_words(make, words):
+    with pytest.raises(InputError, match=words):
+        make()
+
+
+BOX = Lattice.box([0, 0, 0], [1, 1, 1], (5, 4, 3))
+
+
+@pytest.mark.parametrize(("offset", "size"), [(1e6, 1.0), (1.0, 1e-6), (1e6, 1e3)])
+def test_a_knot_can_be_removed_again_wherever_the_lattice_lies(offset, size):
+    rng = np.random.default_rng(0)
+    box = Lattice.box([offset] * 3, [offset + size] * 3, (5, 4, 3))
+    moved = box.moved(box.control_points + 0.05 * size * rng.random((5, 4, 3, 3)))
+    knot = [offset + 0.3 * size]
+    back = moved.insert_knots(0, knot).remove_knots(0, knot)
+    np.testing.assert_allclose(back.control_points, moved.control_points, atol=4e-15 * offset)

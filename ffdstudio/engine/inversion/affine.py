@@ -35,8 +35,9 @@ class AffineMap(NamedTuple):
             edges[k] = (net.points[far] - origin) / (grid[far][k] - start[k])
         if np.abs(origin + (grid - start) @ edges - net.points).max() > rounding:
             return None
-        if abs(np.linalg.det(edges / np.linalg.norm(edges, axis=1)[:, None])) < 1e-9:
-            return None  # flat: leave it to the general search, which reports it
+        lengths = np.linalg.norm(edges, axis=1)
+        if not lengths.min() > 0 or abs(np.linalg.det(edges / lengths[:, None])) < 1e-9:
+            return None  # flat: leave it to the general search, which refuses it
         return cls(origin, start, edges, False)
 
     def invert(self, y: Array, low: Array, high: Array) -> tuple[Array, Array, Array]:

@@ -456,9 +456,31 @@ def _candidates(x: Array, bins: Any, cells: Any, slack: float, passed: Array, fo
 
 
 @compiled
+def _search_for(turn: int, method: int, singular: bool) -> int:
+    """Which method has its turn in a cell; -1 when none is left.
+
+    In a regular cell Newton is the last word where another search got lost. Where the map
+    is singular (the axis of a polar net) Newton itself may get lost, and others do not.
+    """
+    if turn == 0:
+        return method
+    if turn == 1:
+        if method != NEWTON:
+            return NEWTON
+        return SECANT if singular else -1
+    if not singular:
+        return -1
+    if turn == 2:
+        return OCTREE if method <= SECANT else SECANT
+    if method <= SECANT:
+        return -1
+    return OCTREE if method == GOLDEN else -1
+
+
+@compiled
 def invert_points(
     method: int, net: Array, knots: Knots, degrees: Degrees, cells: Any, bins: Any, points: Array,
-    axes: Array, centre: Array, goal: float, slack: float,
+    axes: Array, centre: Array, goal: float, slack: float, regular: float, longest: int,
     parameters: Array, inside: NDArray[np.bool_], residual: Array, iterations: NDArray[np.int16],
 ) -> None:  # fmt: skip
     """Fill the last four arrays for each point: see `Inversion`."""
@@ -468,7 +490,7 @@ def invert_points(
     state = (work, u, point, difference, step, np.empty((3, 3)), np.empty((3, 3)))
     lattice = (net, knots, degrees)
     x, s = np.empty(3), np.empty(3)
-    order, found = np.empty(256), np.empty(256, np.int64)
+    order, found = np.empty(longest), np.empty(longest, np.int64)
     dimension = parameters.shape[1]
     for n in range(len(points)):
         for k in range(3):
@@ -481,20 +503,26 @@ def invert_points(
         for slot in range(_candidates(x, bins, cells, slack, order, found)):
             c = found[slot]
             cell = (spans[c], middles[c], halves[c], inverses[c], bends[c])
-            _distance(x, centres[c], difference)
-            _times(inverses[c], difference, s)
-            for k in range(3):
-                s[k] = min(max(s[k], -1.0), 1.0)
             count, error = 0, np.inf
-            if method == SECANT:
-                count, error = _secant(lattice, cell, x, s, state, goal)
-            elif method == OCTREE:
-                count, error = _octree(lattice, cell, x, s, state, goal)
-            elif method == GOLDEN:
-                count, error = _golden(lattice, cell, x, s, state, goal)
-            if error == np.inf:  # Newton itself, or the last word where another search got lost
-                first, error = _newton(lattice, cell, x, s, state, goal)
-                count += first
+            for turn in range(4):
+                search = _search_for(turn, method, bends[c] > regular)
+                if search < 0:
+                    break
+                _distance(x, centres[c], difference)
+                _times(inverses[c], difference, s)
+                for k in range(3):
+                    s[k] = min(max(s[k], -1.0), 1.0)
+                if search == NEWTON:
+                    spent, error = _newton(lattice, cell, x, s, state, goal)
+                elif search == SECANT:
+                    spent, error = _secant(lattice, cell, x, s, state, goal)
+                elif search == OCTREE:
+                    spent, error = _octree(lattice, cell, x, s, state, goal)
+                else:
+                    spent, error = _golden(lattice, cell, x, s, state, goal)
+                count += spent
+                if error < np.inf:
+                    break
             iterations[n] = min(iterations[n] + count, 32767)
             if error == np.inf:
                 continue

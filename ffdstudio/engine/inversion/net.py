@@ -12,6 +12,9 @@ import numpy as np
 
 from ffdstudio.engine.knots import Array
 
+ON_FACE = 1e-9  # of the diagonal: a point this little outside a face counts as on it
+ROUNDED = 4 * np.finfo(float).eps  # of the largest coordinate: and one that rounding puts there
+
 if TYPE_CHECKING:
     from ffdstudio.engine.lattice import Lattice
 
@@ -49,6 +52,11 @@ class Net(NamedTuple):
     def polynomial(self) -> bool:
         """Whether all weights are 1."""
         return bool((self.weights == 1).all())
+
+    @property
+    def slack(self) -> float:
+        """How far outside a face a point may lie and still count as on it."""
+        return max(ON_FACE * self.diagonal, ROUNDED * float(np.abs(self.points).max()))
 
     @property
     def domain(self) -> tuple[Array, Array]:

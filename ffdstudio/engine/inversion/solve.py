@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from numbers import Real
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -17,7 +18,6 @@ if TYPE_CHECKING:
     from ffdstudio.engine.lattice import Lattice
 
 METHODS = ("newton", "secant", "octree", "golden")
-ON_FACE = 1e-9  # of the diagonal: a point this little outside a face counts as on it
 ROUNDING = 8e-15  # of the diagonal: no method can be asked for less than this
 CHUNK = 8192
 
@@ -45,7 +45,7 @@ def invert(lattice: Lattice, points: Array, method: str, tolerance: float) -> In
     """Parametric coordinates of (n, 3) points; see `ffdstudio.embed`."""
     if method not in METHODS:
         raise InputError(f"method must be one of {', '.join(METHODS)}, got {method!r}")
-    if not (np.isfinite(tolerance) and tolerance > 0):
+    if not (isinstance(tolerance, Real) and 0 < tolerance < np.inf):
         raise InputError(f"the tolerance must be a positive number, got {tolerance}")
     net = Net.of(lattice)
     result = Inversion.empty(len(points), lattice.dimension)
@@ -53,17 +53,18 @@ def invert(lattice: Lattice, points: Array, method: str, tolerance: float) -> In
     if affine is not None:
         _invert_affine(affine, net, points, result)
     else:
-        _search(net, points, METHODS.index(method), tolerance, result)
+        _search(lattice, net, points, METHODS.index(method), tolerance, result)
     return result
 
 
 def _invert_affine(affine: AffineMap, net: Net, points: Array, result: Inversion) -> None:
     low, high = net.domain
+    slack = net.slack
 
     def chunk(part: slice) -> None:
         y = along_axes(points[part], net.axes)
         u, away, residual = affine.invert(y, low, high)
-        inside = away <= ON_FACE * net.diagonal
+        inside = away <= slack
         result.inside[part] = inside
         result.parameters[part][inside] = u[inside]
         result.residual[part][inside] = residual[inside]
@@ -71,35 +72,23 @@ def _invert_affine(affine: AffineMap, net: Net, points: Array, result: Inversion
     for_each(chunk, _chunks(len(points)))
 
 
-def _search(net: Net, points: Array, method: int, tolerance: float, result: Inversion) -> None:
+def _search(
+    lattice: Lattice, net: Net, points: Array, method: int, tolerance: float, result: Inversion
+) -> None:
     from ffdstudio.engine.inversion import kernels
-    from ffdstudio.engine.inversion.bins import sort_into_bins
-    from ffdstudio.engine.inversion.cells import cut
+    from ffdstudio.engine.inversion.prepare import prepared
 
-    padded = net.padded()
-    flat = padded.points.reshape(-1, 3)
-    centre = 0.5 * (flat.min(axis=0) + flat.max(axis=0))
-    padded = padded._replace(points=padded.points - centre)
-    slack = ON_FACE * net.diagonal
-    cells = cut(padded)
-    bins = sort_into_bins(cells, slack)
-    axes = np.zeros((3, 3))
-    axes[: net.dimension] = net.axes
-    centre[net.dimension :] = 0.0  # the padding lies around 0, and every point lies at 0 in it
-    knots = tuple(np.array(u) for u in padded.knots)  # all writeable: one type for numba
-    weights = padded.weights[..., None]
-    homogeneous = np.concatenate([padded.points * weights, weights], axis=-1)
-    frames = (
-        cells.span, cells.middle, cells.half, cells.centre, cells.inverse, cells.low, cells.high,
-        cells.bend,
-    )  # fmt: skip
+    ready = prepared(lattice, net)
+    goal = max(tolerance, ROUNDING) * net.diagonal
 
     def chunk(part: slice) -> None:
         kernels.invert_points(
-            method, homogeneous, knots, padded.degrees, frames, bins, points[part],
-            axes, centre, max(tolerance, ROUNDING) * net.diagonal, slack,
+            method, *ready.spline, ready.frames, ready.bins, points[part], ready.axes,
+            ready.centre, goal, ready.slack, ready.regular, ready.longest,
             *(array[part] for array in result),
         )  # fmt: skip
+        found = result.parameters[part]
+        np.clip(found + ready.start, *net.domain, out=found)  # rounded, it may pass the last knot
 
     for_each(chunk, _chunks(len(points)))
 
