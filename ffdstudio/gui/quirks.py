@@ -6,12 +6,19 @@
    deallocating True or False"). Measured: one reference lost a call. Until Python 3.11 is no
    longer supported the counts are raised so far that nothing uses them up: the same as what
    later Pythons do.
+2. pyvistaqt 0.13 keeps Python wrappers of the OpenGL context and of its surface. PySide knows
+   the surface as a `QSurface`, which is no `QObject`, and hears nothing of its end: a wrapper
+   that outlives it stands for whatever is allocated at the same address next. Seen: a label of
+   the next window that was a `QOffscreenSurface`, and aborts in Qt's event loop. They are let
+   go when the viewport is closed, while both are alive.
 """
 
 from __future__ import annotations
 
+import contextlib
 import ctypes
 import sys
+from typing import Any
 
 PLENTY = 1 << 40
 SINGLETONS = (None, True, False, NotImplemented, Ellipsis)
@@ -26,3 +33,12 @@ def keep_singletons() -> None:
         known = abs(sys.getrefcount(thing) - count.value) < 100
         if known and count.value < PLENTY:
             count.value += PLENTY
+
+
+def let_go_of_surface(interactor: Any) -> None:
+    """Drop what a closed pyvistaqt widget holds of its OpenGL context (reason 2)."""
+    context = interactor._ctx
+    if context is not None:
+        with contextlib.suppress(RuntimeError):  # not connected, or gone already
+            context.aboutToBeDestroyed.disconnect(interactor._cleanup_context)
+    interactor._forget_context()

@@ -24,6 +24,7 @@ from pyvistaqt import QtInteractor
 
 from ffdstudio.gui.navigation import ANGLE, AXIS_VIEWS, Array, View, fitted, looking
 from ffdstudio.gui.overlay import Overlay
+from ffdstudio.gui.quirks import let_go_of_surface
 from ffdstudio.gui.theme import Theme
 from ffdstudio.project.camera import Camera
 
@@ -121,6 +122,12 @@ class Viewport(QtInteractor):
         return self.grab().toImage()
 
     # ---- Qt -------------------------------------------------------------------------------
+
+    def close(self) -> bool:  # type: ignore[override]
+        """Release what was drawn and the OpenGL context; the widget shows nothing any more."""
+        closed = bool(super().close())
+        let_go_of_surface(self)
+        return closed
 
     def paintGL(self) -> None:
         if self._fit_wanted is not None:

@@ -5,6 +5,8 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -34,3 +36,29 @@ def test_thousands_of_signals_do_not_end_the_interpreter() -> None:
     )
     assert done.stdout == "alive\n", done.stderr
     assert done.returncode == 0
+
+
+@pytest.mark.display
+def test_a_closed_window_leaves_no_wrapper_of_its_surface(
+    make_user: Any, cube: Path, qtbot: Any
+) -> None:
+    import gc
+
+    import shiboken6
+    from PySide6.QtGui import QSurface
+
+    def wrappers() -> list[Any]:
+        return [one for one in shiboken6.getAllValidWrappers() if isinstance(one, QSurface)]
+
+    gc.collect()
+    before = len(wrappers())
+    user = make_user()
+    user.open(cube)
+    assert len(wrappers()) > before
+    gc.disable()  # what only the garbage collector lets go may be let go too late
+    try:
+        user.script.answers = ["discard"]
+        user.window.close()
+        assert len(wrappers()) == before
+    finally:
+        gc.enable()
