@@ -107,6 +107,17 @@ def is_box(lattice: Lattice) -> bool:
     return True
 
 
+def face_name(face: Face) -> str:
+    """Name of a face for people.
+
+    Examples
+    --------
+    >>> face_name((1, 0))
+    'j min'
+    """
+    return f"{'ijk'[face[0]]} {('min', 'max')[face[1]]}"
+
+
 def face_names(faces: Sequence[Face]) -> str:
     """Names of faces for people.
 
@@ -115,7 +126,7 @@ def face_names(faces: Sequence[Face]) -> str:
     >>> face_names([(0, 0), (0, 1), (1, 1)])
     'i min, i max and j max'
     """
-    names = [f"{'ijk'[axis]} {('min', 'max')[side]}" for axis, side in faces]
+    names = [face_name(face) for face in faces]
     return " and ".join([", ".join(names[:-1]), names[-1]] if len(names) > 1 else names)
 
 
@@ -128,3 +139,46 @@ def continuity(layers: int) -> str:
     ('not continuous', 'C1')
     """
     return f"C{layers - 1}" if layers else "not continuous"
+
+
+def advice(shape: tuple[int, ...], faces: Sequence[Face], layers: int) -> str:
+    """Why layers are frozen, or what happens if they are not; nothing without mesh beyond.
+
+    Examples
+    --------
+    >>> advice((4, 4), [(0, 1)], 1)
+    'Mesh lies on both sides of i max: the outermost layer stays frozen, so that the shape is C0 \
+there. Layers are frozen on all faces alike.'
+    >>> advice((4, 4), [], 1)
+    ''
+    """
+    if not faces:
+        return ""
+    where = f"Mesh lies on both sides of {face_names(faces)}"
+    if not layers:
+        return f"{where}: moving the outermost points would shear the cells there. Freeze a layer."
+    room = layers < 3 and 2 * (layers + 1) < min(shape)
+    more = f"; {layers + 1} layers give {continuity(layers + 1)}" if room else ""
+    frozen = "the outermost layer stays" if layers == 1 else f"{layers} layers stay"
+    alike = " Layers are frozen on all faces alike." if len(faces) < 2 * len(shape) else ""
+    kept = continuity(layers)
+    return f"{where}: {frozen} frozen, so that the shape is {kept} there{more}.{alike}"
+
+
+def torn_faces(rest: Lattice, current: Lattice, mesh: Mesh) -> list[Face]:
+    """Faces with mesh on both sides whose outermost control points have moved or changed weight.
+
+    Smoothness ends there. Nothing is said of nets that are no boxes.
+    """
+    changed = (rest.control_points != current.control_points).any(axis=-1)
+    changed |= rest.weights != current.weights
+    outer = [
+        (axis, side)
+        for axis in range(rest.dimension)
+        for side in (0, 1)
+        if np.take(changed, -side, axis=axis).any()
+    ]
+    if not outer or not is_box(rest):
+        return []
+    crossed = crossed_faces(rest, mesh)
+    return [face for face in outer if face in crossed]
