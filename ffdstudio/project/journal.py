@@ -110,7 +110,8 @@ def commands_of(model: Model) -> list[Command]:
     commands: list[Command] = []
     for body in model.bodies:
         colour, hidden = body.colour, tuple(sorted(body.hidden_markers))
-        said = (os.fspath(body.path), body.sha256, body.name, body.visible, colour, hidden)
+        look = (body.visible, colour, hidden, body.boxes)
+        said = (os.fspath(body.path), body.sha256, body.name, *look)
         commands.append(OpenMesh(*said, mesh=body.mesh, packed=body.packed))
     for item in model.lattices:
         states = (item.name, item.rest, item.current, item.frozen, item.visible, item.enabled)

@@ -51,6 +51,8 @@ class Body:
     colour : str or None
         ``#rrggbb``, or None for the theme's choice.
     hidden_markers : frozenset of str
+    boxes : str
+        What becomes of FFD boxes in its file when it is exported: "update", "strip" or "keep".
     """
 
     key: str
@@ -62,6 +64,7 @@ class Body:
     visible: bool = True
     colour: str | None = None
     hidden_markers: frozenset[str] = frozenset()
+    boxes: str = "update"
 
 
 @dataclass(frozen=True, eq=False)

@@ -24,7 +24,7 @@ def to_file(model: Model, sections: dict[str, Any]) -> ProjectFile:
 
 
 def _body(body: Body) -> BodyRecord:
-    look = {"hidden_markers": sorted(body.hidden_markers)}
+    look = {"hidden_markers": sorted(body.hidden_markers), "boxes": body.boxes}
     stored = (body.path, body.visible, body.colour, body.sha256, body.packed, look)
     return BodyRecord(body.name, *stored)
 

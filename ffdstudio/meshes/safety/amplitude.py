@@ -84,7 +84,8 @@ def _corners(block: Block, rest: Array, start: Array, move: Array, up: Array | N
             e, f = edges(x, corner), edges(d, corner)
             terms, noise = np.stack(polynomial(e, f, normal)) * sign[i], rounding(e, f)
             chosen = terms[0] > 0
-            limit = min(limit, smallest(*terms[:, chosen], tuple(noise[:, chosen])))
+            c0, c1, c2, c3 = terms[:, chosen]
+            limit = min(limit, smallest(c0, c1, c2, c3, noise[:, chosen]))
     return limit
 
 

@@ -20,24 +20,22 @@ from ffdstudio.meshes.topology import Array
 STEPS = 80
 
 
-def smallest(
-    c0: Array, c1: Array, c2: Array, c3: Array, noise: tuple[Array, Array, Array] | None = None
-) -> float:
+def smallest(c0: Array, c1: Array, c2: Array, c3: Array, noise: Array | None = None) -> float:
     """Smallest positive root of all polynomials; infinity if none has one.
 
     Parameters
     ----------
     c0, c1, c2, c3 : numpy.ndarray
         (n,) coefficients; c0 is positive.
-    noise : tuple of numpy.ndarray, optional
-        (n,) how large c1, c2 and c3 may be by rounding alone.
+    noise : numpy.ndarray, optional
+        (3, n) how large c1, c2 and c3 may be by rounding alone.
 
     Examples
     --------
     >>> one = np.ones(1)
     >>> round(smallest(one, -3 * one, 2 * one, 0 * one), 12)
     0.5
-    >>> smallest(one, one, -1e-17 * one, 0 * one, (0 * one, 1e-15 * one, 0 * one))
+    >>> smallest(one, one, -1e-17 * one, 0 * one, 1e-15 * np.ones((3, 1)))
     inf
     """
     if noise is not None:

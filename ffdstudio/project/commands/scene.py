@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, ClassVar
 
 from ffdstudio.engine import Lattice
 from ffdstudio.errors import InputError
+from ffdstudio.exchange.morphed import BOXES
 from ffdstudio.project.commands.base import Command, Numbers, Points
 from ffdstudio.project.model import Body, Index, LatticeItem, Model, frozen_mask
 
@@ -28,6 +29,7 @@ class OpenMesh(Command):
     visible: bool = True
     colour: str | None = None
     hidden_markers: tuple[str, ...] = ()
+    boxes: str = "update"
     mesh: Mesh | None = field(default=None, compare=False, repr=False)
     packed: dict[str, bytes] | None = field(default=None, compare=False, repr=False)
 
@@ -45,6 +47,7 @@ class OpenMesh(Command):
                 visible=self.visible,
                 colour=self.colour,
                 hidden_markers=frozenset(self.hidden_markers),
+                boxes=_checked(self.boxes),
             )
         )
 
@@ -214,6 +217,21 @@ class ShowMarkers(Command):
 
 
 @dataclass(frozen=True)
+class TreatBoxes(Command):
+    """Choose what becomes of FFD boxes in a body's file on export: update, strip or keep."""
+
+    verb: ClassVar[str] = "treat boxes"
+    item: str
+    boxes: str
+
+    def apply(self, model: Model) -> Model:
+        return model.with_(replace(model.body(self.item), boxes=_checked(self.boxes)))
+
+    def label(self, model: Model) -> str:
+        return f"{self.boxes.capitalize()} FFD boxes of {model.body(self.item).name}"
+
+
+@dataclass(frozen=True)
 class Colour(Command):
     """Give a body a colour, ``#rrggbb``, or None for the theme's choice."""
 
@@ -256,3 +274,9 @@ class Enable(Command):
 
     def label(self, model: Model) -> str:
         return f"Switch {model.lattice(self.item).name} {'on' if self.enabled else 'off'}"
+
+
+def _checked(boxes: str) -> str:
+    if boxes not in BOXES:
+        raise InputError(f"FFD boxes can be {', '.join(BOXES)}, not {boxes}")
+    return boxes
