@@ -20,13 +20,14 @@ from ffdstudio.project.commands.base import (
     where,
 )
 from ffdstudio.project.model import Index, Model, frozen_mask
+from ffdstudio.project.sliding import planes_in, slid
 
 DIRECTIONS = "ijk"
 
 
 @dataclass(frozen=True)
 class MovePoints(Command):
-    """Put control points to new positions, in world units."""
+    """Put control points to new positions, in world units; on a symmetry plane they slide."""
 
     verb: ClassVar[str] = "move points"
     item: str
@@ -37,7 +38,8 @@ class MovePoints(Command):
         item = model.lattice(self.item)
         at = where(item, self.points)
         net = item.current.control_points.copy()
-        net[at] = numbers(self.positions, (len(self.points), 3), "positions")
+        wanted = numbers(self.positions, (len(self.points), 3), "positions")
+        net[at] = slid(item.rest, at, wanted, planes_in(model))
         return model.with_(replace(item, current=item.current.moved(net)))
 
     def label(self, model: Model) -> str:
