@@ -21,8 +21,11 @@ from ffdstudio.gui.panels.draft import (
 )
 from ffdstudio.gui.panels.fields import say
 from ffdstudio.gui.studio import Studio
+from ffdstudio.meshes.planes import Plane, planes_of
 from ffdstudio.project.commands import CreateBox, Refit
 from ffdstudio.project.model import LatticeItem
+from ffdstudio.project.seating import seat_sentence, seated
+from ffdstudio.project.sliding import planes_in
 
 Array = NDArray[np.float64]
 TYPED = "typed bounds"
@@ -108,6 +111,7 @@ class Builder(BoxForm):
                 box.setValue(angle)
         self.frozen.setValue(item.frozen)
         self.hint.begin(advising=False)
+        say(self.seat, "")
         self.name.setText(item.name)
         self.around.setCurrentIndex(self.around.findData(TYPED))
         self.make.setText("&Fit anew")
@@ -158,13 +162,21 @@ class Builder(BoxForm):
         points = document.points(source[0])
         return points[document.surface(source[0]).marker_points(source[1])] if source[1] else points
 
+    def _planes(self) -> tuple[Plane, ...]:
+        """Planes where the mesh ends that the lattice is laid around."""
+        model, source = self._studio.document.model, self.around.currentData()
+        return planes_of(model.body(source[0]).mesh) if source[0] else planes_in(model)
+
     def _take_bounds(self) -> None:
         if self._filling:
             return
         points, d = self._points(), self.dimension.currentData()
+        say(self.seat, "")
         if points is not None and len(points):
-            axes = self.draft().axes
-            low, high = Frame.of(axes, d).bounds(points, self.margin.value() / 100)
+            frame = Frame.of(self.draft().axes, d)
+            bounds = frame.bounds(points, self.margin.value() / 100)
+            low, high, faces = seated(frame, bounds, points, self._planes())
+            say(self.seat, seat_sentence(faces))
             for axis in range(d):
                 self.low[axis].put(float(low[axis]))
                 self.high[axis].put(float(high[axis]))
@@ -172,6 +184,7 @@ class Builder(BoxForm):
 
     def _on_typed(self) -> None:
         self.around.setCurrentIndex(self.around.findData(TYPED))
+        say(self.seat, "")
         self._show()
 
     def _on_rotated(self, on: bool) -> None:
