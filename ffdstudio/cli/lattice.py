@@ -20,6 +20,7 @@ from ffdstudio.exchange import write_lattice
 from ffdstudio.meshes import Mesh, read_mesh
 from ffdstudio.meshes.planes import planes_of
 from ffdstudio.project.freezing import Face, advice, face_name, suggested
+from ffdstudio.project.model import leaves_some
 from ffdstudio.project.seating import seat_sentence, seated
 
 
@@ -76,12 +77,15 @@ def run(args: argparse.Namespace) -> int:
     if not 1 <= len(shape) <= 3:
         raise InputError(f"--shape takes 1 to 3 numbers, got {len(shape)}")
     lattice, planes = around(mesh, nodes, shape, _degrees(args.degree, shape), args)
-    frozen, faces = suggested(lattice, [(mesh, mesh.points)])
+    frozen, faces = suggested(lattice, [(mesh, mesh.points)], planes)
     chosen = args.frozen is not None
     frozen = args.frozen if chosen else frozen
-    if 2 * frozen >= min(shape):
+    if not leaves_some(shape, frozen, planes):
         raise InputError(f"--frozen {frozen} leaves nothing of {sized(shape)} control points")
-    exactness = write_lattice(args.output, lattice, frozen=frozen, units=args.units)
+    free = planes if frozen else ()
+    exactness = write_lattice(
+        args.output, lattice, frozen=frozen, units=args.units, open_faces=free
+    )
     result = {
         "lattice": args.output,
         "shape": lattice.shape,
@@ -104,15 +108,12 @@ def _freezing(
     faces: list[Face], frozen: int, chosen: bool, lattice: Lattice, planes: dict[Face, str]
 ) -> str:
     """What is frozen and why, or why nothing is although mesh lies beyond."""
+    line = advice(lattice.shape, faces, frozen, planes)
     if faces and not frozen and not chosen:
-        where = advice(lattice.shape, faces, 0).partition(":")[0]
+        where = line.partition(":")[0]
         return (
             f"{where}, but {sized(lattice.shape)} points leave none to freeze: nothing is frozen."
         )
-    line = advice(lattice.shape, faces, frozen)
-    if frozen and planes and not chosen:
-        names = ", ".join(dict.fromkeys(planes.values()))
-        line += f" With --frozen 0 control points on {names} slide."
     return line
 
 

@@ -127,8 +127,10 @@ def edited(
         if len(value) != 1 or value[0] <= 0:
             raise InputError(f"--weight {text}: one positive number is needed")
         values[index] = value[0]
-    layers = content.frozen if frozen is None else frozen
-    mask = frozen_mask(rest.shape, layers)
+    if frozen is None:
+        mask = frozen_mask(rest.shape, content.frozen, content.open_faces)
+    else:
+        mask = frozen_mask(rest.shape, frozen)
     points[mask], values[mask] = rest.control_points[mask], rest.weights[mask]
     return rest, rest.moved(points, values)
 

@@ -89,7 +89,7 @@ def _planes(mesh: Mesh, name: str) -> list[Plane]:
             break
         plane, rest = fit
         found.append(Plane(name, "symmetry" if guessed else told, *plane))
-    return [] if guessed and rest else found
+    return [] if rest else found  # a curved one has facets, but is no plane
 
 
 def _faces(mesh: Mesh, cells: Cells) -> Cells:

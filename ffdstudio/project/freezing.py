@@ -8,7 +8,7 @@ knots).
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from ffdstudio.engine import Lattice
 from ffdstudio.meshes import Mesh
 from ffdstudio.meshes.measures.blocks import blocks_of
+from ffdstudio.project.model import leaves_some
 
 Array = NDArray[np.float64]
 Face = tuple[int, int]  # direction, and 0 for its beginning or 1 for its end
@@ -77,7 +78,9 @@ def _cells(mesh: Mesh) -> list[NDArray[np.int64]]:
     return [nodes[:, (nodes < count).all(axis=0)] for nodes in blocks if len(nodes)]
 
 
-def suggested(lattice: Lattice, meshes: Sequence[tuple[Mesh, Array]]) -> tuple[int, list[Face]]:
+def suggested(
+    lattice: Lattice, meshes: Sequence[tuple[Mesh, Array]], open_faces: Iterable[Face] = ()
+) -> tuple[int, list[Face]]:
     """Layers to freeze by default, and the faces that are the reason.
 
     Parameters
@@ -86,11 +89,13 @@ def suggested(lattice: Lattice, meshes: Sequence[tuple[Mesh, Array]]) -> tuple[i
         Undeformed.
     meshes : sequence of tuple
         Meshes, and where their nodes are.
+    open_faces : iterable of tuple
+        Faces where the mesh ends at a plane: nothing is to be frozen there.
     """
     faces = sorted(
         {face for mesh, points in meshes for face in crossed_faces(lattice, mesh, points)}
     )
-    room = min(lattice.shape) > 2
+    room = leaves_some(lattice.shape, 1, open_faces)
     return (1 if faces and room else 0), faces
 
 
@@ -107,7 +112,7 @@ def is_box(lattice: Lattice) -> bool:
     return True
 
 
-def face_name(face: Face) -> str:
+def face_name(face: tuple[int, ...]) -> str:
     """Name of a face for people.
 
     Examples
@@ -141,7 +146,9 @@ def continuity(layers: int) -> str:
     return f"C{layers - 1}" if layers else "not continuous"
 
 
-def advice(shape: tuple[int, ...], faces: Sequence[Face], layers: int) -> str:
+def advice(
+    shape: tuple[int, ...], faces: Sequence[Face], layers: int, open_faces: Iterable[Face] = ()
+) -> str:
     """Why layers are frozen, or what happens if they are not; nothing without mesh beyond.
 
     Examples
@@ -157,12 +164,20 @@ there. Layers are frozen on all faces alike.'
     where = f"Mesh lies on both sides of {face_names(faces)}"
     if not layers:
         return f"{where}: moving the outermost points would shear the cells there. Freeze a layer."
-    room = layers < 3 and 2 * (layers + 1) < min(shape)
+    room = layers < 3 and leaves_some(shape, layers + 1, open_faces)
     more = f"; {layers + 1} layers give {continuity(layers + 1)}" if room else ""
     frozen = "the outermost layer stays" if layers == 1 else f"{layers} layers stay"
-    alike = " Layers are frozen on all faces alike." if len(faces) < 2 * len(shape) else ""
-    kept = continuity(layers)
+    kept, alike = continuity(layers), _alike(shape, faces, open_faces)
     return f"{where}: {frozen} frozen, so that the shape is {kept} there{more}.{alike}"
+
+
+def _alike(shape: tuple[int, ...], faces: Sequence[Face], open_faces: Iterable[Face]) -> str:
+    """Which other faces have frozen layers, too."""
+    free = sorted(open_faces)
+    if len(faces) == 2 * len(shape) - len(free):
+        return ""
+    but = f"but {face_names(free)}" if free else "alike"
+    return f" Layers are frozen on all faces {but}."
 
 
 def torn_faces(rest: Lattice, current: Lattice, mesh: Mesh) -> list[Face]:

@@ -165,7 +165,8 @@ def test_the_wings_lattice_begins_at_its_root(ffdstudio, shared, tmp_path):
     assert result["on_planes"] == {"j min": "SYMMETRY"}
     assert result["crossed_faces"] == ["i min", "i max", "j max", "k min", "k max"]
     out = tmp_path / "out.su2"
-    moves = ["--frozen", 0, "--move", "2,1,2=0,0.1,0", "--move", "2,0,2=0.1,0,0.05"]
+    assert read_lattice_file(path).open_faces == ((1, 0),)
+    moves = ["--move", "2,1,2=0,0.1,0", "--move", "2,0,2=0.1,0,0.05"]
     result = ffdstudio.json("morph", mesh, path, "-o", out, *moves)
     assert result["warnings"] == []
     before, after = read_mesh(mesh), read_mesh(out).points
@@ -174,6 +175,34 @@ def test_the_wings_lattice_begins_at_its_root(ffdstudio, shared, tmp_path):
     assert np.abs(step[:, 1]).max() < 1e-13
     assert np.abs(step[:, 0]).max() > 0.01
     assert np.abs(after - before.points)[:, 1].max() > 0.005
+
+
+def test_a_plane_case_is_open_in_front_and_back(ffdstudio, shared, tmp_path):
+    mesh, path = shared / "meshes" / "openfoam" / "airFoil2D", tmp_path / "a.lattice.json"
+    words = ["lattice", mesh, "--shape", 8, 6, 2, "--marker", "walls", "--margin", 0.3, "-o", path]
+    result = ffdstudio.json(*words)
+    assert result["frozen"] == 1
+    assert result["on_planes"] == {"k min": "frontAndBack", "k max": "frontAndBack"}
+    assert ffdstudio.json("info", path)["open_faces"] == ["k min", "k max"]
+    words = ["morph", mesh, path, "-o", tmp_path / "case", "--move", "3,3,0=0,0.5,0"]
+    [warning] = ffdstudio.json(*words)["warnings"]
+    assert warning.startswith("front and back of frontAndBack are no longer opposite")
+    words[4] = tmp_path / "other"
+    result = ffdstudio.json(*words, "--move", "3,3,1=0,0.5,0")
+    assert result["warnings"] == []
+    assert result["moved"] > 1000
+    assert ffdstudio("convert", path, tmp_path / "b.lattice.json") == 0
+    assert read_lattice_file(tmp_path / "b.lattice.json").open_faces == ((2, 0), (2, 1))
+
+
+def test_open_faces_that_are_none_are_refused(ffdstudio, tmp_path):
+    path = tmp_path / "a.lattice.json"
+    write_lattice(path, Lattice.box([0, 0], [1, 2], shape=(4, 3)), frozen=1, open_faces=[(1, 0)])
+    text = path.read_text()
+    for bad, cause in (("[[2, 0]]", "direction"), ('[["j", 0]]', "whole numbers"), ("3", "list")):
+        path.write_text(text.replace("[[1, 0]]", bad))
+        assert ffdstudio("info", path) == 2
+        assert cause in ffdstudio.err
 
 
 # ---- convert --------------------------------------------------------------------------------

@@ -56,6 +56,17 @@ def test_the_form_begins_at_the_plane_and_says_so(user: Any, tmp_path: Path) -> 
     assert builder.seat.text() == ""
 
 
+def test_layers_are_frozen_on_all_faces_but_the_one_at_the_plane(user: Any, tmp_path: Path) -> None:
+    user.open(write_cube(tmp_path / "half.su2", low="SYMMETRY"))
+    user.build(frozen=1)
+    item = user.lattice
+    assert (item.frozen, item.open_faces) == (1, ((0, 0),))
+    assert not item.frozen_mask[0, 1:-1, 1:-1].any()
+    assert item.frozen_mask[-1].all()
+    user.trigger("lattice.refit")
+    assert user.window.lattice.builder.draft().open_faces == ((0, 0),)
+
+
 def test_a_point_on_the_plane_slides_under_the_mouse_and_says_so(half: Any) -> None:
     assert half.lattice.rest.domain[0, 0] == 0
     lines = hover_text(half.lattice, ON, ("SYMMETRY",))

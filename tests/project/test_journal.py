@@ -27,7 +27,8 @@ EVERY = [
         "Turned", (0.0,) * 3, (1.0,) * 3, (3, 3), (2, 2), ((0.6, 0.8, 0.0), (-0.8, 0.6, 0.0))
     ),
     c.Refit("lattice2", BOX),
-    c.AddLattice("x", BOX.lattice, BENT, 1, False, False, (("a", BENT),)),
+    c.AddLattice("x", BOX.lattice, BENT, 1, False, False, (("a", BENT),), ((1, 0),)),
+    c.CreateBox("Open", (0.0,) * 3, (1.0,) * 3, (4, 3), (2, 2), frozen=1, open_faces=((0, 1),)),
     c.Remove("lattice2"),
     c.Rename("body1", "Flügel »1«"),
     c.Show(("body1", "lattice2"), False),

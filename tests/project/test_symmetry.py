@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -118,3 +119,30 @@ def test_without_a_plane_nothing_is_held(tmp_path: Path) -> None:
     edit.translate([0.05, 0.1, 0.02])
     edit.commit()
     assert step(document, ON) == pytest.approx([0.05, 0.1, 0.02], abs=1e-15)
+
+
+def test_nothing_is_frozen_on_the_face_at_the_plane_whatever_comes_of_the_lattice(
+    tmp_path: Path,
+) -> None:
+    box = replace(SEATED, frozen=1, open_faces=((0, 0),))
+    document = opened(write_cube(tmp_path / "half.su2", low="SYMMETRY"), box)
+    edit = document.edit([ON, (0, 2, 2), (1, 0, 1), (3, 1, 1)])
+    assert edit.points == (ON, (0, 2, 2))
+    edit.translate([0.1, 0.05, 0.02])
+    edit.commit()
+    document.do(c.InsertKnots("lattice2", 1, (0.5,)))
+    document.do(c.FreezeLayers("lattice2", 0))
+    document.do(c.FreezeLayers("lattice2", 1))
+    assert step(document, ON)[1] > 0
+    document.save(tmp_path / "p.ffdproj")
+    document.export_lattice("lattice2", tmp_path / "l.lattice.json")
+    again = Document()
+    again.open(tmp_path / "p.ffdproj")
+    again.import_lattice(tmp_path / "l.lattice.json")
+    assert [item.open_faces for item in again.model.lattices] == [((0, 0),)] * 2
+    mask = again.model.lattices[0].frozen_mask
+    assert np.array_equal(mask, document.model.lattices[0].frozen_mask)
+    assert not mask[0, 1:-1, 1:-1].any()
+    again.do(c.ResetPoints("lattice3"))
+    again.do(c.Refit("lattice3", SEATED))
+    assert again.model.lattices[1].open_faces == ()

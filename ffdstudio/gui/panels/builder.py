@@ -23,6 +23,7 @@ from ffdstudio.gui.panels.fields import say
 from ffdstudio.gui.studio import Studio
 from ffdstudio.meshes.planes import Plane, planes_of
 from ffdstudio.project.commands import CreateBox, Refit
+from ffdstudio.project.freezing import Face
 from ffdstudio.project.model import LatticeItem
 from ffdstudio.project.seating import seat_sentence, seated
 from ffdstudio.project.sliding import planes_in
@@ -39,6 +40,7 @@ class Builder(BoxForm):
         self._studio, self._finished = studio, finished
         self._refitting: LatticeItem | None = None
         self._filling = False
+        self._open: tuple[Face, ...] = ()
         self._connect()
 
     def _connect(self) -> None:
@@ -111,7 +113,8 @@ class Builder(BoxForm):
                 box.setValue(angle)
         self.frozen.setValue(item.frozen)
         self.hint.begin(advising=False)
-        say(self.seat, "")
+        self._seat({})
+        self._open = tuple((axis, side) for axis, side in item.open_faces)
         self.name.setText(item.name)
         self.around.setCurrentIndex(self.around.findData(TYPED))
         self.make.setText("&Fit anew")
@@ -162,6 +165,11 @@ class Builder(BoxForm):
         points = document.points(source[0])
         return points[document.surface(source[0]).marker_points(source[1])] if source[1] else points
 
+    def _seat(self, faces: dict[Face, str]) -> None:
+        """Take note of the faces that lie on planes: nothing is frozen there."""
+        self._open = tuple(faces)
+        say(self.seat, seat_sentence(faces))
+
     def _planes(self) -> tuple[Plane, ...]:
         """Planes where the mesh ends that the lattice is laid around."""
         model, source = self._studio.document.model, self.around.currentData()
@@ -171,12 +179,12 @@ class Builder(BoxForm):
         if self._filling:
             return
         points, d = self._points(), self.dimension.currentData()
-        say(self.seat, "")
+        self._seat({})
         if points is not None and len(points):
             frame = Frame.of(self.draft().axes, d)
             bounds = frame.bounds(points, self.margin.value() / 100)
             low, high, faces = seated(frame, bounds, points, self._planes())
-            say(self.seat, seat_sentence(faces))
+            self._seat(faces)
             for axis in range(d):
                 self.low[axis].put(float(low[axis]))
                 self.high[axis].put(float(high[axis]))
@@ -184,7 +192,7 @@ class Builder(BoxForm):
 
     def _on_typed(self) -> None:
         self.around.setCurrentIndex(self.around.findData(TYPED))
-        say(self.seat, "")
+        self._seat({})
         self._show()
 
     def _on_rotated(self, on: bool) -> None:
@@ -220,6 +228,7 @@ class Builder(BoxForm):
             turned,  # type: ignore[arg-type]
             self.spacing.currentData(),
             self.frozen.value(),
+            self._open,
         )
 
     def _show(self) -> None:
@@ -233,13 +242,13 @@ class Builder(BoxForm):
                 lattice = draft.command().lattice
             except InputError as error:
                 problems["other"] = str(error)
-        if self.hint.look(lattice):
+        if self.hint.look(lattice, self._open):
             return  # it has set the frozen layers, and all was shown anew
         for key, label in self.notes.items():
             say(label, f"{problems[key]}.".capitalize() if key in problems else "")
         self._mark(problems, len(draft.counts))
         self.make.setEnabled(not problems)
-        self._studio.state.put_preview(lattice, self.frozen.value())
+        self._studio.state.put_preview(lattice, self.frozen.value(), self._open)
         say(self.inside, "" if lattice is None else self._count(lattice))
 
     def _mark(self, problems: dict[str, str], d: int) -> None:

@@ -10,7 +10,7 @@ from ffdstudio.engine import Lattice
 from ffdstudio.gui.panels.fields import say
 from ffdstudio.gui.studio import Studio
 from ffdstudio.meshes import Mesh
-from ffdstudio.project.freezing import advice, suggested
+from ffdstudio.project.freezing import Face, advice, suggested
 from ffdstudio.project.volume import Volume
 
 Array = NDArray[np.float64]
@@ -32,18 +32,18 @@ class FreezeHint(QLabel):
         self._advising = advising
         say(self, "")
 
-    def look(self, lattice: Lattice | None) -> bool:
+    def look(self, lattice: Lattice | None, open_faces: tuple[Face, ...] = ()) -> bool:
         """Judge a lattice that is being built; whether the number of layers was changed."""
         if lattice is None:
             say(self, "")
             return False
-        layers, faces = suggested(lattice, self._meshes())
+        layers, faces = suggested(lattice, self._meshes(), open_faces)
         if self._advising and layers != self._layers.value():
             self._setting = True
             self._layers.setValue(layers)
             self._setting = False
             return True
-        say(self, advice(lattice.shape, faces, self._layers.value()))
+        say(self, advice(lattice.shape, faces, self._layers.value(), open_faces))
         self.setProperty("role", "muted" if self._layers.value() else "warning")
         self.style().unpolish(self)
         self.style().polish(self)

@@ -89,7 +89,7 @@ class ResetPoints(Command):
 
 @dataclass(frozen=True)
 class FreezeLayers(Command):
-    """Freeze the outermost layers of points on every face; they go back to rest."""
+    """Freeze the outermost layers of points on every face that is not open; they go to rest."""
 
     verb: ClassVar[str] = "freeze layers"
     item: str
@@ -97,7 +97,7 @@ class FreezeLayers(Command):
 
     def apply(self, model: Model) -> Model:
         item = model.lattice(self.item)
-        current = reset(item, frozen_mask(item.rest.shape, self.layers))
+        current = reset(item, frozen_mask(item.rest.shape, self.layers, item.open_faces))
         return model.with_(replace(item, frozen=self.layers, current=current))
 
     def label(self, model: Model) -> str:
@@ -154,7 +154,7 @@ class RemoveKnots(Command):
         current = rest
         if item.deformed:
             current = item.current.remove_knots(self.axis, self.knots, self.tolerance)
-        frozen_mask(rest.shape, item.frozen)
+        frozen_mask(rest.shape, item.frozen, item.open_faces)
         # a saved shape is kept as well as it can be
         shapes = {
             name: shape.remove_knots(self.axis, self.knots, np.inf)

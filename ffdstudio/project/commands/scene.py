@@ -68,18 +68,20 @@ class CreateBox(Command):
     axes: Points | None = None
     spacing: str = "greville"
     frozen: int = 0
+    open_faces: tuple[Index, ...] = ()
 
     @property
     def lattice(self) -> Lattice:
         """The box at rest."""
         box = Lattice.box(self.lower, self.upper, self.shape, self.degrees, self.axes, self.spacing)
-        frozen_mask(box.shape, self.frozen)
+        frozen_mask(box.shape, self.frozen, self.open_faces)
         return box
 
     def apply(self, model: Model) -> Model:
         box = self.lattice
         key, name = model.new_key("lattice"), model.free_name(self.name)
-        return model.plus(LatticeItem(key, name, box, box, self.frozen))
+        faces = self.open_faces
+        return model.plus(LatticeItem(key, name, box, box, self.frozen, open_faces=faces))
 
     def label(self, model: Model) -> str:
         return f"Create {self.name} " + "×".join(str(n) for n in self.shape)
@@ -100,7 +102,9 @@ class Refit(Command):
         if item.shapes:
             raise InputError(f"{item.name} has saved shapes, which another box would not fit")
         box = self.box.lattice
-        return model.with_(replace(item, rest=box, current=box, frozen=self.box.frozen))
+        frozen, faces = self.box.frozen, self.box.open_faces
+        new = replace(item, rest=box, current=box, frozen=frozen, open_faces=faces)
+        return model.with_(new)
 
     def label(self, model: Model) -> str:
         return f"Fit {model.lattice(self.item).name} anew"
@@ -118,9 +122,10 @@ class AddLattice(Command):
     visible: bool = True
     enabled: bool = True
     shapes: tuple[tuple[str, Lattice], ...] = ()
+    open_faces: tuple[Index, ...] = ()
 
     def apply(self, model: Model) -> Model:
-        frozen_mask(self.rest.shape, self.frozen)
+        frozen_mask(self.rest.shape, self.frozen, self.open_faces)
         for lattice in (self.current, *dict(self.shapes).values()):
             if not lattice.same_space(self.rest) or lattice.shape != self.rest.shape:
                 raise InputError(f"the states of lattice {self.name} have different knots")
@@ -128,7 +133,8 @@ class AddLattice(Command):
         same = self.current == self.rest  # one object, so that undeformed is seen at once
         current = self.rest if same else self.current
         states = (self.rest, current, self.frozen, self.visible, self.enabled)
-        return model.plus(LatticeItem(key, name, *states, shapes=dict(self.shapes)))
+        shapes, faces = dict(self.shapes), self.open_faces
+        return model.plus(LatticeItem(key, name, *states, shapes=shapes, open_faces=faces))
 
     def label(self, model: Model) -> str:
         return f"Add {self.name}"
