@@ -44,6 +44,7 @@ def run(args: argparse.Namespace) -> int:
         content.rest,
         content.current,
         frozen=content.frozen,
+        open_faces=content.open_faces,
         units=content.units,
         adapt=args.adapt,
         **_options(args),

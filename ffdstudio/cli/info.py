@@ -12,6 +12,7 @@ from ffdstudio.exchange import read_lattice_file
 from ffdstudio.exchange.registry import is_lattice_file
 from ffdstudio.files import read_bytes
 from ffdstudio.meshes import Mesh, read_mesh
+from ffdstudio.project.freezing import face_name
 
 
 def add(parser: argparse.ArgumentParser) -> None:
@@ -54,6 +55,7 @@ def of_lattice(path: str) -> dict[str, Any]:
         **_lattice(content.rest),
         "deformed": content.rest != content.current,
         "frozen": content.frozen,
+        "open_faces": [face_name(face) for face in content.open_faces],
         "units": content.units,
         "blocks": content.blocks,
     }

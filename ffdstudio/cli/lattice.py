@@ -1,4 +1,9 @@
-"""``ffdstudio lattice``: a lattice around a mesh or one of its markers."""
+"""``ffdstudio lattice``: a lattice around a mesh or one of its markers.
+
+1. Where the mesh ends at a symmetry plane the lattice begins there, without a margin.
+2. Where mesh lies on both sides of a face the outermost control points are frozen by default.
+   What was done of both is said in a line each.
+"""
 
 from __future__ import annotations
 
@@ -13,6 +18,10 @@ from ffdstudio.engine.boxes import Frame
 from ffdstudio.errors import InputError
 from ffdstudio.exchange import write_lattice
 from ffdstudio.meshes import Mesh, read_mesh
+from ffdstudio.meshes.planes import planes_of
+from ffdstudio.project.freezing import Face, advice, face_name, suggested
+from ffdstudio.project.model import leaves_some
+from ffdstudio.project.seating import seat_sentence, seated
 
 
 def add(parser: argparse.ArgumentParser) -> None:
@@ -40,7 +49,8 @@ def add(parser: argparse.ArgumentParser) -> None:
         type=fraction,
         default=0.05,
         metavar="F",
-        help="room on each side as a fraction of the extent (default 0.05)",
+        help="room on each side as a fraction of the extent (default 0.05); none beyond a "
+        "symmetry plane",
     )
     parser.add_argument(
         "--axes", type=axes, metavar="XYZ", help="directions of i, j, k, such as xz"
@@ -48,7 +58,12 @@ def add(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--spacing", choices=("greville", "uniform"), default="greville", help="of control points"
     )
-    parser.add_argument("--frozen", type=whole, default=0, metavar="K", help="frozen outer layers")
+    parser.add_argument(
+        "--frozen",
+        type=whole,
+        metavar="K",
+        help="frozen outer layers (default: 1 where mesh lies on both sides of a face, else 0)",
+    )
     parser.add_argument("--units", default="", help="unit of length, for the record")
     parser.add_argument("-o", "--output", required=True, metavar="LATTICE", help="lattice file")
     parser.add_argument("--json", action="store_true", help="print one JSON object")
@@ -61,10 +76,16 @@ def run(args: argparse.Namespace) -> int:
     shape = tuple(args.shape or (8, 6, 4)[: mesh.dimension])
     if not 1 <= len(shape) <= 3:
         raise InputError(f"--shape takes 1 to 3 numbers, got {len(shape)}")
-    lattice = around(mesh, nodes, shape, _degrees(args.degree, shape), args)
-    if 2 * args.frozen >= min(shape):
-        raise InputError(f"--frozen {args.frozen} leaves nothing of {sized(shape)} control points")
-    exactness = write_lattice(args.output, lattice, frozen=args.frozen, units=args.units)
+    lattice, planes = around(mesh, nodes, shape, _degrees(args.degree, shape), args)
+    frozen, faces = suggested(lattice, [(mesh, mesh.points)], planes)
+    chosen = args.frozen is not None
+    frozen = args.frozen if chosen else frozen
+    if not leaves_some(shape, frozen, planes):
+        raise InputError(f"--frozen {frozen} leaves nothing of {sized(shape)} control points")
+    free = planes if frozen else ()
+    exactness = write_lattice(
+        args.output, lattice, frozen=frozen, units=args.units, open_faces=free
+    )
     result = {
         "lattice": args.output,
         "shape": lattice.shape,
@@ -72,11 +93,28 @@ def run(args: argparse.Namespace) -> int:
         "domain": lattice.domain,
         "exact": exactness.exact,
         "nodes": len(nodes),
+        "frozen": frozen,
+        "crossed_faces": [face_name(face) for face in faces],
+        "on_planes": {face_name(face): marker for face, marker in planes.items()},
     }
     degrees = ", ".join(map(str, lattice.degrees))
     text = f"{args.output}: {sized(shape)} control points of degree {degrees} ({exactness})"
-    emit(result, text, args.json)
+    lines = [text, seat_sentence(planes), _freezing(faces, frozen, chosen, lattice, planes)]
+    emit(result, "\n".join(line for line in lines if line), args.json)
     return 0
+
+
+def _freezing(
+    faces: list[Face], frozen: int, chosen: bool, lattice: Lattice, planes: dict[Face, str]
+) -> str:
+    """What is frozen and why, or why nothing is although mesh lies beyond."""
+    line = advice(lattice.shape, faces, frozen, planes)
+    if faces and not frozen and not chosen:
+        where = line.partition(":")[0]
+        return (
+            f"{where}, but {sized(lattice.shape)} points leave none to freeze: nothing is frozen."
+        )
+    return line
 
 
 def around(
@@ -85,14 +123,18 @@ def around(
     shape: tuple[int, ...],
     degrees: list[int] | None,
     args: argparse.Namespace,
-) -> Lattice:
-    """Box lattice around the nodes; a flat mesh gets one of thickness 1 in the third direction."""
+) -> tuple[Lattice, dict[Face, str]]:
+    """Box lattice around the nodes, and the planes its faces lie on.
+
+    A flat mesh gets one of thickness 1 in the third direction.
+    """
     frame = Frame.of(args.axes, len(shape))
-    lower, upper = frame.bounds(nodes, args.margin)
+    bounds = frame.bounds(nodes, args.margin)
+    lower, upper, planes = seated(frame, bounds, nodes, planes_of(mesh))
     if mesh.dimension == 2:
         normal = np.flatnonzero(frame.axes[:, 2])
         lower[normal], upper[normal] = -0.5, 0.5
-    return Lattice.box(lower, upper, shape, degrees, args.axes, args.spacing)
+    return Lattice.box(lower, upper, shape, degrees, args.axes, args.spacing), planes
 
 
 def _degrees(given: list[int] | None, shape: tuple[int, ...]) -> list[int] | None:

@@ -2,7 +2,8 @@
 
 Everything is computed before anything is written, so bad input in the last mesh leaves no
 first one behind. A point's new place depends on the point and the lattices alone; nodes of
-different meshes that coincide therefore stay coincident to the bit.
+different meshes that coincide therefore stay coincident to the bit. What a deformation does
+to planes, pairs and smoothness is said before anything is written.
 """
 
 from __future__ import annotations
@@ -18,12 +19,14 @@ import numpy as np
 from ffdstudio.cli.output import emit, note
 from ffdstudio.cli.parsing import assignment, whole
 from ffdstudio.engine import Lattice, embed
+from ffdstudio.engine.folds import Folds, folds
 from ffdstudio.engine.knots import Array
 from ffdstudio.errors import InputError
 from ffdstudio.exchange import LatticeFile, read_lattice_file
 from ffdstudio.exchange.morphed import BOXES, write_morphed
 from ffdstudio.meshes import Mesh, read_mesh
 from ffdstudio.project.model import frozen_mask
+from ffdstudio.project.remarks import remarks
 
 FARTHEST = 1e100  # beyond it lengths and volumes are no numbers any more
 
@@ -94,12 +97,17 @@ def run(args: argparse.Namespace) -> int:
         morphed(source, target, rest, current)
         for source, target in zip(sources, targets, strict=True)
     ]
+    for morph in morphs:
+        for warning in morph.result["warnings"]:
+            note(f"warning: {morph.source}: {warning}")
     if len(sources) > 1:
         make_folder(Path(args.output))
     for morph in morphs:
         write_morphed(morph.mesh, morph.target, morph.points, [(rest, current)], args.boxes)
-    result = _together([morph.result for morph in morphs])
-    emit(result, "\n".join(_line(morph) for morph in morphs), args.json)
+    folded = folds(current, rest)
+    result = {**_together([morph.result for morph in morphs]), **_invertible(folded)}
+    lines = [*map(_line, morphs), _folds_line(folded)]
+    emit(result, "\n".join(lines), args.json)
     return 1 if result["inverted"] else 0
 
 
@@ -119,8 +127,10 @@ def edited(
         if len(value) != 1 or value[0] <= 0:
             raise InputError(f"--weight {text}: one positive number is needed")
         values[index] = value[0]
-    layers = content.frozen if frozen is None else frozen
-    mask = frozen_mask(rest.shape, layers)
+    if frozen is None:
+        mask = frozen_mask(rest.shape, content.frozen, content.open_faces)
+    else:
+        mask = frozen_mask(rest.shape, frozen)
     points[mask], values[mask] = rest.control_points[mask], rest.weights[mask]
     return rest, rest.moved(points, values)
 
@@ -138,6 +148,7 @@ def morphed(source: str, target: Path, rest: Lattice, current: Lattice) -> Morph
     if not (np.abs(points) < FARTHEST).all():
         raise InputError(f"{source}: the lattice moves points beyond {FARTHEST:g}")
     result = measured(mesh, points)
+    result["warnings"] = remarks(mesh, points, rest, current)
     result["inside"] = int(embedding.inside.sum())
     result["seconds"] = {"embed": clock[1] - clock[0], "deform": clock[2] - clock[1]}
     return Morph(source, target, mesh, points, result)
@@ -185,9 +196,29 @@ def _together(results: list[dict[str, Any]]) -> dict[str, Any]:
     total["max_displacement"] = max(result["max_displacement"] for result in results)
     safe = [r["safe_amplitude"] for r in results if r["safe_amplitude"] is not None]
     total["safe_amplitude"] = min(safe, default=None)
+    total["warnings"] = list(dict.fromkeys(w for result in results for w in result["warnings"]))
     if len(results) == 1:
         return {**results[0], **total}
     return {**total, "meshes": results}
+
+
+def _invertible(folded: Folds) -> dict[str, Any]:
+    """Whether the lattice's map is locally invertible, how that was found, and where it is not."""
+    return {
+        "locally_invertible": folded.answer,
+        "locally_invertible_method": folded.method,
+        "not_invertible_in": folded.where,
+    }
+
+
+def _folds_line(folded: Folds) -> str:
+    """One line on the lattice as a map; cells are counted by themselves."""
+    where = folded.where
+    if not where:
+        return str(folded)
+    ends = zip("ijk", where[0], strict=False)
+    place = ", ".join(f"{name} {low:.4g} to {high:.4g}" for name, (low, high) in ends)
+    return f"{folded}, the first one at {place}"
 
 
 def _line(morph: Morph) -> str:

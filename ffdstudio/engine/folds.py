@@ -9,6 +9,7 @@
    from afar, and cells of a mesh need their own test.
 4. A lattice of one or two directions moves points along its axes by the map seen in their
    span; what it adds across is a shear and has no say.
+5. Spans are looked at slab by slab, so that a large lattice does not fill the memory.
 """
 
 from __future__ import annotations
@@ -26,6 +27,7 @@ from ffdstudio.engine.lattice import Lattice
 
 DEPTH = 5  # halvings in each direction before a span is called undecided
 SAMPLES = 4  # per degree in each direction of a weighted span
+AT_ONCE = 200_000  # determinants
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,23 +42,44 @@ class Folds:
         (spans of each direction) mask of the knot spans with a determinant of the wrong sign.
     undecided : numpy.ndarray
         Mask of the spans where neither a proof nor a fold was found.
+    ends : tuple of numpy.ndarray
+        (spans, 2) parameters between which the spans of each direction lie.
     """
 
     method: str
     folded: np.ndarray
     undecided: np.ndarray
+    ends: tuple[Array, ...] = ()
 
     @property
     def locally_invertible(self) -> bool:
         """Whether no fold was found and nothing is open."""
         return not (self.folded.any() or self.undecided.any())
 
+    @property
+    def answer(self) -> bool | None:
+        """True, false, or None where it is not decided."""
+        return None if self.undecided.any() and not self.folded.any() else self.locally_invertible
+
+    @property
+    def where(self) -> list[list[list[float]]]:
+        """Folded spans, or else undecided ones: least and largest parameter by direction."""
+        chosen = np.argwhere(self.folded if self.folded.any() else self.undecided)
+        return [
+            [ends[k].tolist() for ends, k in zip(self.ends, span, strict=True)] for span in chosen
+        ]
+
     def __str__(self) -> str:
         if self.locally_invertible:
             return f"the lattice is locally invertible ({self.method})"
         if self.folded.any():
-            return f"the lattice folds in {int(self.folded.sum())} knot spans ({self.method})"
-        return f"undecided in {int(self.undecided.sum())} knot spans ({self.method})"
+            return f"the lattice folds in {_spans_of(self.folded)} ({self.method})"
+        return f"it is undecided in {_spans_of(self.undecided)} whether it folds ({self.method})"
+
+
+def _spans_of(mask: np.ndarray) -> str:
+    count = int(mask.sum())
+    return f"{count} knot span{'' if count == 1 else 's'}"
 
 
 def folds(lattice: Lattice, rest: Lattice | None = None) -> Folds:
@@ -77,26 +100,43 @@ def folds(lattice: Lattice, rest: Lattice | None = None) -> Folds:
     >>> points = box.control_points.copy()
     >>> points[0, :, :, 0] = 2.0
     >>> print(folds(box.moved(points)))
-    the lattice folds in 1 knot spans (exact, by Bezier coefficients)
+    the lattice folds in 1 knot span (exact, by Bezier coefficients)
     """
     spans = [_spans(knots) for knots in lattice.knots]
     exact = bool((lattice.weights == 1).all())
     nodes = [_nodes(p, lattice.dimension, exact) for p in lattice.degrees]
-    values = _determinants(lattice, spans, nodes)
-    reference = (
-        values if rest is None else _determinants(rest, [_spans(k) for k in rest.knots], nodes)
-    )
-    values = values * (1.0 if reference.sum() >= 0 else -1.0)
+    sign = _orientation(lattice if rest is None else rest)
+    answers = []
+    for slab in _slabs(spans, nodes):
+        values = sign * _determinants(lattice, slab, nodes)
+        answers.append(_by_coefficients(values, nodes) if exact else _by_samples(values))
     shape = tuple(len(s) for s in spans)
-    if exact:
-        bad, open_ones = _by_coefficients(values, nodes)
-        method = "exact, by Bezier coefficients"
-    else:
-        bad = np.asarray((values <= 0).any(axis=tuple(range(1, values.ndim))))
-        open_ones = np.zeros_like(bad)
+    bad, open_ones = (np.concatenate(part).reshape(shape) for part in zip(*answers, strict=True))
+    method = "exact, by Bezier coefficients"
+    if not exact:
         dense = "x".join(str(len(n)) for n in nodes)
         method = f"sampled at {dense} points in each knot span, for it has weights"
-    return Folds(method, bad.reshape(shape), open_ones.reshape(shape))
+    return Folds(method, bad, open_ones, tuple(spans))
+
+
+def _slabs(spans: list[Array], nodes: list[Array]) -> list[list[Array]]:
+    """Spans in pieces along the first direction, in order."""
+    sizes = [len(s) * len(n) for s, n in zip(spans, nodes, strict=True)]
+    step = max(1, AT_ONCE // (len(nodes[0]) * int(np.prod(sizes[1:]))))
+    return [[spans[0][k : k + step], *spans[1:]] for k in range(0, len(spans[0]), step)]
+
+
+def _orientation(lattice: Lattice) -> float:
+    """Sign of the determinant that prevails in the middles of the knot spans."""
+    spans = [_spans(knots) for knots in lattice.knots]
+    middles = [np.array([0.5])] * lattice.dimension
+    return 1.0 if _determinants(lattice, spans, middles).sum() >= 0 else -1.0
+
+
+def _by_samples(values: Array) -> tuple[np.ndarray, np.ndarray]:
+    """Which spans are folded; none stays undecided."""
+    bad = np.asarray((values <= 0).any(axis=tuple(range(1, values.ndim))))
+    return bad, np.zeros_like(bad)
 
 
 def _spans(knots: Array) -> Array:
@@ -127,10 +167,20 @@ def _determinants(lattice: Lattice, spans: list[Array], nodes: list[Array]) -> A
         columns.append(
             (change[..., :3] - point * change[..., 3:]) / whole[..., 3:] @ lattice.axes.T
         )
-    values = np.linalg.det(np.stack(columns, axis=-1))
+    values = _det(columns)
     split = [size for s, n in zip(spans, nodes, strict=True) for size in (len(s), len(n))]
     order = [*range(0, 2 * d, 2), *range(1, 2 * d, 2)]
     return values.reshape(split).transpose(order).reshape(-1, *map(len, nodes))
+
+
+def _det(columns: list[Array]) -> Array:
+    """Determinant of the matrices with these columns (..., d)."""
+    if len(columns) == 1:
+        return columns[0][..., 0]
+    a, b = columns[:2]
+    if len(columns) == 2:
+        return np.asarray(a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0])
+    return np.asarray((np.cross(a, b) * columns[2]).sum(axis=-1))
 
 
 def _on_grid(lattice: Lattice, net: Array, places: list[Array], axis: int) -> Array:

@@ -65,7 +65,8 @@ def adapted(content: LatticeFile, rules: Rules, adapt: str) -> tuple[LatticeFile
         raise InputError(
             f"{rules.title} cannot express this lattice: {faults[0]}; {_remedy(adapt)}"
         )
-    fitting = LatticeFile(rest, current, content.frozen, content.units)
+    faces = content.open_faces
+    fitting = LatticeFile(rest, current, content.frozen, content.units, open_faces=faces)
     return fitting, _exactness(content, rules, changes, error)
 
 

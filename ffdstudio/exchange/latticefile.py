@@ -46,7 +46,7 @@ class LatticeFile:
     rest, current : Lattice
         At rest and deformed; the same object where the file holds one net only.
     frozen : int
-        Outermost layers of control points on every face that do not move.
+        Outermost layers of control points that do not move, on every face but the open ones.
     units : str
         Unit of length as the file names it; may be empty.
     exactness : Exactness
@@ -55,6 +55,8 @@ class LatticeFile:
         Name of the file's format.
     blocks : tuple of str
         Names of all lattices in the file, of which this is one.
+    open_faces : tuple of tuple of int
+        Direction and side, 0 or 1, of the faces without frozen layers.
     """
 
     rest: Lattice
@@ -64,9 +66,13 @@ class LatticeFile:
     exactness: Exactness = field(default_factory=Exactness)
     format: str = ""
     blocks: tuple[str, ...] = ()
+    open_faces: tuple[tuple[int, ...], ...] = ()
 
     def __post_init__(self) -> None:
         if not self.rest.same_space(self.current):
             raise InputError("the lattice at rest and the deformed one differ in degrees or knots")
         if self.frozen < 0:
             raise InputError(f"a lattice cannot have {self.frozen} frozen layers")
+        every = [(axis, side) for axis in range(self.rest.dimension) for side in (0, 1)]
+        if not set(self.open_faces) <= set(every):
+            raise InputError("an open face is a direction, from 0 on, and a side, 0 or 1")

@@ -49,3 +49,8 @@ def write_morphed(
         new = None if boxes == "strip" else su2.follow(section, mesh, points, motions)
         mesh = replace_ffd_section(mesh, new)
     write_mesh(mesh, path, points)
+
+
+def has_boxes(mesh: Mesh) -> bool:
+    """Whether the file of a mesh holds FFD boxes."""
+    return ffd_section(mesh) is not None

@@ -22,7 +22,7 @@ from ffdstudio.files import write_bytes
 
 NAME, VERSION = "ffdstudio-lattice", 1
 _KEYS = ["format", "version", "units", "shape", "degrees", "frame", "frozen_layers", "knots"]
-_KEYS += ["rest", "current"]
+_KEYS += ["rest", "current", "open_faces"]
 
 
 def recognises(data: bytes) -> bool:
@@ -42,7 +42,8 @@ def read(data: bytes, name: str, block: int | str | None = None) -> LatticeFile:
     with naming(name):
         rest, current = (_lattice(values, key, shape, degrees, name) for key in ("rest", "current"))
         frozen = field(values, "frozen_layers", int, name)
-        return LatticeFile(rest, current, frozen, field(values, "units", str, name), format=NAME)
+        units, faces = field(values, "units", str, name), _faces(values, name)
+        return LatticeFile(rest, current, frozen, units, format=NAME, open_faces=faces)
 
 
 def write(path: Path, content: LatticeFile) -> Exactness:
@@ -63,6 +64,8 @@ def encode(content: LatticeFile) -> bytes:
         "frame": rest.axes.tolist(),
         "frozen_layers": content.frozen,
     }
+    if content.open_faces:  # where layers are frozen on all other faces only
+        head["open_faces"] = [list(face) for face in content.open_faces]
     lines = [f"  {json.dumps(key)}: {json.dumps(value)}," for key, value in head.items()]
     lines += ['  "knots": [', *_rows(u.tolist() for u in rest.knots), "  ],"]
     lines += [*_net("rest", rest), "  },", *_net("current", content.current), "  }"]
@@ -102,6 +105,13 @@ def _integers(values: dict[str, Any], key: str, name: str) -> list[int]:
     if not all(type(n) is int for n in numbers):
         raise InputError(f'{name}: "{key}" must hold whole numbers')
     return numbers
+
+
+def _faces(values: dict[str, Any], name: str) -> tuple[tuple[int, ...], ...]:
+    faces = field(values, "open_faces", list, name) if "open_faces" in values else []
+    if not all(isinstance(face, list) and all(type(n) is int for n in face) for face in faces):
+        raise InputError(f'{name}: "open_faces" must hold pairs of whole numbers')
+    return tuple(tuple(face) for face in faces)
 
 
 def _lattice(

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import importlib
 import os
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -99,6 +100,7 @@ def write_lattice(
     frozen: int = 0,
     units: str = "",
     adapt: str = "refuse",
+    open_faces: Iterable[tuple[int, ...]] = (),
     **options: Any,
 ) -> Exactness:
     """Write a lattice in the format that the suffix of `path` names.
@@ -117,6 +119,8 @@ def write_lattice(
     adapt : {"refuse", "exact", "resample"}
         What to do with a lattice the format cannot express: refuse, change it without
         changing the shape (insert knots), or resample it and state the error.
+    open_faces : iterable of tuple of int
+        Direction and side, 0 or 1, of faces without frozen layers; kept by our own format.
     **options
         What the format knows besides, such as ``tag`` and ``markers`` of SU2.
 
@@ -132,7 +136,8 @@ def write_lattice(
     """
     if adapt not in ("refuse", "exact", "resample"):
         raise InputError(f'adapt must be "refuse", "exact" or "resample", got {adapt!r}')
-    content = LatticeFile(rest, rest if current is None else current, frozen, units)
+    now, faces = rest if current is None else current, tuple(open_faces)
+    content = LatticeFile(rest, now, frozen, units, open_faces=faces)
     row = _named(Path(path))
     if row.module != "ours":
         options["adapt"] = adapt

@@ -13,6 +13,7 @@ from ffdstudio.gui.viewport import Viewport
 from ffdstudio.project.camera import Camera
 from ffdstudio.project.feedback import weight_handle
 from ffdstudio.project.model import LatticeItem
+from ffdstudio.project.sliding import names_at, planes_in
 from ffdstudio.project.tools import Tools
 
 TRIAD = 34.0  # pixels
@@ -131,13 +132,15 @@ class Readouts:
             self._viewport.overlay.put("hover")
             return
         x, y = self._viewport.camera_now().project(item.current.control_points[point])[0]
-        self._viewport.overlay.put(
-            "hover", [Text((x + 16, y + 12), hover_text(item, point), plate=True)]
-        )
+        slides = names_at(item.rest, point, planes_in(self._tools.document.model))
+        lines = hover_text(item, point, slides)
+        self._viewport.overlay.put("hover", [Text((x + 16, y + 12), lines, plate=True)])
 
 
-def hover_text(item: LatticeItem, point: tuple[int, ...]) -> tuple[str, ...]:
-    """Lines that tell all of a control point."""
+def hover_text(
+    item: LatticeItem, point: tuple[int, ...], slides: tuple[str, ...] = ()
+) -> tuple[str, ...]:
+    """Lines that tell all of a control point; `slides` are the planes it slides in."""
     place, rest = item.current.control_points[point], item.rest.control_points[point]
     lines = [
         f"({', '.join(map(str, point))})" + ("  frozen" if item.frozen_mask[point] else ""),
@@ -146,4 +149,6 @@ def hover_text(item: LatticeItem, point: tuple[int, ...]) -> tuple[str, ...]:
     if (place != rest).any():
         lines.append("Δ  " + ", ".join(f"{v:.4g}" for v in place - rest))
     lines.append(f"weight  {item.current.weights[point]:.4g}")
+    if slides and not item.frozen_mask[point]:
+        lines.append("slides in " + " and ".join(slides))
     return tuple(lines)

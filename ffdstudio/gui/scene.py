@@ -163,7 +163,7 @@ class Scene:
             self._mark(item)
         if self.state.preview is not None:
             preview, none = self.state.preview, np.zeros(self.state.preview.shape, dtype=bool)
-            frozen = frozen_mask(preview.shape, self.state.preview_frozen)
+            frozen = frozen_mask(preview.shape, self.state.preview_frozen, self.state.preview_open)
             masks = (none.ravel(), frozen.ravel(), none.ravel())
             self.lattices[PREVIEW].mark(self.theme, *masks)
         self._show()

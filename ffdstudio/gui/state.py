@@ -47,6 +47,7 @@ class State:
         self.shown = Shown()
         self.preview: Lattice | None = None
         self.preview_frozen = 0
+        self.preview_open: tuple[tuple[int, int], ...] = ()
         self.hovered: tuple[int, ...] | None = None
         self.mode = "move"
         self.soft = False
@@ -59,9 +60,14 @@ class State:
             self.shown = new
             self.shown_changed.emit()
 
-    def put_preview(self, lattice: Lattice | None, frozen: int = 0) -> None:
+    def put_preview(
+        self,
+        lattice: Lattice | None,
+        frozen: int = 0,
+        open_faces: tuple[tuple[int, int], ...] = (),
+    ) -> None:
         """Show a lattice that is being built; None when that is over."""
-        self.preview, self.preview_frozen = lattice, frozen
+        self.preview, self.preview_frozen, self.preview_open = lattice, frozen, open_faces
         self.preview_changed.emit()
 
     def hover(self, point: tuple[int, ...] | None) -> None:

@@ -86,8 +86,12 @@ class StatusLine(QStatusBar):
             moved = sum(v.moved for v in volumes if v is not None)
             counts = [v.inverted for v in volumes if v is not None and v.inverted is not None]
             text = f"{nodes:,} nodes, {moved:,} moved"
+            broken = [told for v in volumes if v is not None for told in v.broken]
+            self.cells.setToolTip("\n".join(broken))
             if counts and sum(counts):
                 self._put(f"{text}, {sum(counts):,} inverted cells", "problem")
+            elif broken:
+                self._put(f"{text}, {_short(broken)}", "warning")
             elif counts:
                 self._put(f"{text}, no inverted cells", "good")
             else:
@@ -140,3 +144,9 @@ class StatusLine(QStatusBar):
     def _reveal(self, on: bool) -> None:
         for widget in (self.work, self.bar, self.cancel):
             widget.setVisible(on)
+
+
+def _short(broken: list[str]) -> str:
+    """What is broken, as far as a line has room for it: "SYMMETRY is no longer planar"."""
+    more = f" and {len(broken) - 1} more" if len(broken) > 1 else ""
+    return broken[0].partition(":")[0] + more

@@ -103,6 +103,8 @@ class Mesh:
     kinds : dict
         Marker name -> its kind in the file, such as "wall", "empty", "symmetry", "periodic",
         for the markers where the file tells.
+    partners : dict
+        Marker name -> the marker it is periodic with, where the file tells.
     path, format : pathlib.Path or None, str
         Where it was read and in which format.
 
@@ -119,6 +121,7 @@ class Mesh:
     dimension: int = 3
     faces: Faces | None = None
     kinds: dict[str, str] = field(default_factory=dict)
+    partners: dict[str, str] = field(default_factory=dict)
     path: Path | None = None
     format: str = ""
     template: Template | None = field(default=None, repr=False)

@@ -1,7 +1,8 @@
 """A drag: begun, updated many times, committed as one entry or aborted without a trace.
 
 The model shows the preview at once; displayed points follow when somebody asks for them
-(`Document.refresh`), so that many mouse moves between two frames cost one deformation.
+(`Document.refresh`), so that many mouse moves between two frames cost one deformation. Control
+points on a symmetry plane slide in it whatever is asked of them (see `sliding`).
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ from ffdstudio.project.commands import MovePoints, SetWeights
 from ffdstudio.project.commands.base import Command, numbers
 from ffdstudio.project.following import Follower, Hold
 from ffdstudio.project.model import Index, Model
+from ffdstudio.project.sliding import alike, planes_in, slid
 
 if TYPE_CHECKING:
     from ffdstudio.project.document import Document
@@ -45,6 +47,10 @@ class Edit:
         self._flat = np.ravel_multi_index(self._where, self.item.rest.shape).tolist()
         self.start: Array = self.item.current.control_points[self._where]
         self.weights: Array = self.item.current.weights[self._where]
+        self._planes = planes_in(self.before)
+        kept = slid(self.item.rest, self._where, self.start, self._planes)
+        slack = 1e-12 * self.item.rest.diagonal
+        self._on_planes = bool(np.abs(kept - self.start).max(initial=0.0) <= slack)
         self._positions, self._weights = self.start, self.weights
         self._vector: Array | None = None
         self._holds: dict[Follower, Hold | None] = {}
@@ -53,8 +59,13 @@ class Edit:
 
     def translate(self, vector: ArrayLike) -> None:
         """Move all points by one vector from where they began: the fast way."""
-        self._vector = numbers(vector, (3,), "a displacement")
-        self._show(self.start + self._vector, self.weights)
+        asked = numbers(vector, (3,), "a displacement")
+        self._vector = self.along(asked) if self._on_planes else None
+        self._show(self.start + asked, self.weights)
+
+    def along(self, vector: Array) -> Array | None:
+        """Make of a vector what all points make of it by sliding; None if they differ in that."""
+        return alike(self.item.rest, self._where, vector, self._planes)
 
     def place(self, positions: ArrayLike) -> None:
         """Put the points to (k, 3) positions."""
@@ -70,6 +81,7 @@ class Edit:
         if self._document.editing is not self:  # somebody has ended it
             return
         current = self.item.current
+        positions = slid(self.item.rest, self._where, positions, self._planes)
         net, all_weights = current.control_points.copy(), current.weights.copy()
         net[self._where], all_weights[self._where] = positions, weights
         new = current.moved(net, all_weights)  # raises before anything has changed

@@ -33,7 +33,7 @@ def write_body(
     path: str | os.PathLike[str],
     progress: Progress = no_progress,
 ) -> Written:
-    """Write a body as the lattices deform it.
+    """Write a body as the lattices deform it; FFD boxes in its file as `Body.boxes` says.
 
     Raises
     ------
@@ -47,9 +47,8 @@ def write_body(
     progress(0.8, f"writing {target.name}")
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", MeshWarning)
-        write_morphed(
-            mesh, target, points, [(item.rest, item.current) for item in lattices if item.deformed]
-        )
+        motions = [(item.rest, item.current) for item in lattices if item.deformed]
+        write_morphed(mesh, target, points, motions, body.boxes)
     losses = tuple(str(w.message) for w in caught if issubclass(w.category, MeshWarning))
     moved = int((points != mesh.points).any(axis=1).sum())
     return Written(body.name, target, len(points), moved, losses)

@@ -66,7 +66,7 @@ def import_lattice(document: Document, path: PathLike, block: str | None = None)
     def done(found: LatticeFile) -> None:
         name = Path(path).name.split(".")[0] or "Lattice"
         try:
-            document.do(AddLattice(name, found.rest, found.current, found.frozen))
+            document.do(_added(name, found))
         except InputError as error:  # more frozen layers than there are
             failed(error)
             return
@@ -78,11 +78,17 @@ def import_lattice(document: Document, path: PathLike, block: str | None = None)
     document.runner.start(f"Reading {Path(path).name}", work, done, failed)
 
 
+def _added(name: str, found: LatticeFile) -> AddLattice:
+    faces = found.open_faces
+    return AddLattice(name, found.rest, found.current, found.frozen, open_faces=faces)
+
+
 def export_lattice(document: Document, key: str, path: PathLike) -> None:
     """Write a lattice, at rest and as it is; its file is small, so at once."""
     item = document.settled_model.lattice(key)
     try:
-        exactness = write_lattice(path, item.rest, item.current, frozen=item.frozen)
+        frozen, faces = item.frozen, item.open_faces
+        exactness = write_lattice(path, item.rest, item.current, frozen=frozen, open_faces=faces)
     except InputError as error:
         document.problem.emit(f"{item.name} cannot be exported", str(error))
     else:

@@ -8,7 +8,7 @@ knots).
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from ffdstudio.engine import Lattice
 from ffdstudio.meshes import Mesh
 from ffdstudio.meshes.measures.blocks import blocks_of
+from ffdstudio.project.model import leaves_some
 
 Array = NDArray[np.float64]
 Face = tuple[int, int]  # direction, and 0 for its beginning or 1 for its end
@@ -77,7 +78,9 @@ def _cells(mesh: Mesh) -> list[NDArray[np.int64]]:
     return [nodes[:, (nodes < count).all(axis=0)] for nodes in blocks if len(nodes)]
 
 
-def suggested(lattice: Lattice, meshes: Sequence[tuple[Mesh, Array]]) -> tuple[int, list[Face]]:
+def suggested(
+    lattice: Lattice, meshes: Sequence[tuple[Mesh, Array]], open_faces: Iterable[Face] = ()
+) -> tuple[int, list[Face]]:
     """Layers to freeze by default, and the faces that are the reason.
 
     Parameters
@@ -86,11 +89,13 @@ def suggested(lattice: Lattice, meshes: Sequence[tuple[Mesh, Array]]) -> tuple[i
         Undeformed.
     meshes : sequence of tuple
         Meshes, and where their nodes are.
+    open_faces : iterable of tuple
+        Faces where the mesh ends at a plane: nothing is to be frozen there.
     """
     faces = sorted(
         {face for mesh, points in meshes for face in crossed_faces(lattice, mesh, points)}
     )
-    room = min(lattice.shape) > 2
+    room = leaves_some(lattice.shape, 1, open_faces)
     return (1 if faces and room else 0), faces
 
 
@@ -107,6 +112,17 @@ def is_box(lattice: Lattice) -> bool:
     return True
 
 
+def face_name(face: tuple[int, ...]) -> str:
+    """Name of a face for people.
+
+    Examples
+    --------
+    >>> face_name((1, 0))
+    'j min'
+    """
+    return f"{'ijk'[face[0]]} {('min', 'max')[face[1]]}"
+
+
 def face_names(faces: Sequence[Face]) -> str:
     """Names of faces for people.
 
@@ -115,7 +131,7 @@ def face_names(faces: Sequence[Face]) -> str:
     >>> face_names([(0, 0), (0, 1), (1, 1)])
     'i min, i max and j max'
     """
-    names = [f"{'ijk'[axis]} {('min', 'max')[side]}" for axis, side in faces]
+    names = [face_name(face) for face in faces]
     return " and ".join([", ".join(names[:-1]), names[-1]] if len(names) > 1 else names)
 
 
@@ -128,3 +144,56 @@ def continuity(layers: int) -> str:
     ('not continuous', 'C1')
     """
     return f"C{layers - 1}" if layers else "not continuous"
+
+
+def advice(
+    shape: tuple[int, ...], faces: Sequence[Face], layers: int, open_faces: Iterable[Face] = ()
+) -> str:
+    """Why layers are frozen, or what happens if they are not; nothing without mesh beyond.
+
+    Examples
+    --------
+    >>> advice((4, 4), [(0, 1)], 1)
+    'Mesh lies on both sides of i max: the outermost layer stays frozen, so that the shape is C0 \
+there. Layers are frozen on all faces alike.'
+    >>> advice((4, 4), [], 1)
+    ''
+    """
+    if not faces:
+        return ""
+    where = f"Mesh lies on both sides of {face_names(faces)}"
+    if not layers:
+        return f"{where}: moving the outermost points would shear the cells there. Freeze a layer."
+    room = layers < 3 and leaves_some(shape, layers + 1, open_faces)
+    more = f"; {layers + 1} layers give {continuity(layers + 1)}" if room else ""
+    frozen = "the outermost layer stays" if layers == 1 else f"{layers} layers stay"
+    kept, alike = continuity(layers), _alike(shape, faces, open_faces)
+    return f"{where}: {frozen} frozen, so that the shape is {kept} there{more}.{alike}"
+
+
+def _alike(shape: tuple[int, ...], faces: Sequence[Face], open_faces: Iterable[Face]) -> str:
+    """Which other faces have frozen layers, too."""
+    free = sorted(open_faces)
+    if len(faces) == 2 * len(shape) - len(free):
+        return ""
+    but = f"but {face_names(free)}" if free else "alike"
+    return f" Layers are frozen on all faces {but}."
+
+
+def torn_faces(rest: Lattice, current: Lattice, mesh: Mesh) -> list[Face]:
+    """Faces with mesh on both sides whose outermost control points have moved or changed weight.
+
+    Smoothness ends there. Nothing is said of nets that are no boxes.
+    """
+    changed = (rest.control_points != current.control_points).any(axis=-1)
+    changed |= rest.weights != current.weights
+    outer = [
+        (axis, side)
+        for axis in range(rest.dimension)
+        for side in (0, 1)
+        if np.take(changed, -side, axis=axis).any()
+    ]
+    if not outer or not is_box(rest):
+        return []
+    crossed = crossed_faces(rest, mesh)
+    return [face for face in outer if face in crossed]

@@ -101,7 +101,8 @@ def move(tools: Tools, press: PointerEvent, event: PointerEvent, anchor: Array) 
         step = snap_step(press.camera, anchor) if last.ctrl else 0.0
         way = (anchor, press.at, last.at, stroke.lock, last.shift, step)
         vector = displacement(press.camera, *way)
-        verdict = tools.judge(edit, vector) if spread.plain else None
+        same = edit.along(vector) if spread.plain else None
+        verdict = None if same is None else tools.judge(edit, same)
         if verdict is not None:
             vector = verdict.vector
             edit.translate(vector)

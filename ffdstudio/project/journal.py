@@ -110,11 +110,13 @@ def commands_of(model: Model) -> list[Command]:
     commands: list[Command] = []
     for body in model.bodies:
         colour, hidden = body.colour, tuple(sorted(body.hidden_markers))
-        said = (os.fspath(body.path), body.sha256, body.name, body.visible, colour, hidden)
+        look = (body.visible, colour, hidden, body.boxes)
+        said = (os.fspath(body.path), body.sha256, body.name, *look)
         commands.append(OpenMesh(*said, mesh=body.mesh, packed=body.packed))
     for item in model.lattices:
         states = (item.name, item.rest, item.current, item.frozen, item.visible, item.enabled)
-        commands.append(AddLattice(*states, shapes=tuple(item.shapes.items())))
+        shapes, faces = tuple(item.shapes.items()), item.open_faces
+        commands.append(AddLattice(*states, shapes=shapes, open_faces=faces))
     if model.lattices and model.active is not None:
         place = [item.key for item in model.lattices].index(model.active)
         commands.append(Activate(f"lattice{len(model.bodies) + place + 1}"))

@@ -51,6 +51,8 @@ class Body:
     colour : str or None
         ``#rrggbb``, or None for the theme's choice.
     hidden_markers : frozenset of str
+    boxes : str
+        What becomes of FFD boxes in its file when it is exported: "update", "strip" or "keep".
     """
 
     key: str
@@ -62,6 +64,7 @@ class Body:
     visible: bool = True
     colour: str | None = None
     hidden_markers: frozenset[str] = frozenset()
+    boxes: str = "update"
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,7 +77,9 @@ class LatticeItem:
     rest, current : Lattice
         Of the same degrees and knots.
     frozen : int
-        Outermost layers of control points on every face that do not move.
+        Outermost layers of control points that do not move, on every face but the open ones.
+    open_faces : tuple of tuple of int
+        Direction and side, 0 or 1, of faces where the mesh ends, such as at a symmetry plane.
     visible, enabled : bool
         Whether it is drawn; whether it deforms.
     shapes : mapping of str to Lattice
@@ -92,6 +97,7 @@ class LatticeItem:
     enabled: bool = True
     shapes: Mapping[str, Lattice] = field(default_factory=lambda: NO_SHAPES)
     coarser: Lattice | None = None
+    open_faces: tuple[Index, ...] = ()
 
     @property
     def deformed(self) -> bool:
@@ -101,7 +107,7 @@ class LatticeItem:
     @property
     def frozen_mask(self) -> NDArray[np.bool_]:
         """Bool array of the net's shape, true in the frozen layers."""
-        return frozen_mask(self.rest.shape, self.frozen)
+        return frozen_mask(self.rest.shape, self.frozen, self.open_faces)
 
 
 @dataclass(frozen=True, eq=False)
@@ -191,13 +197,15 @@ class Model:
             raise InputError(f"the name {name} is taken")
 
 
-def frozen_mask(shape: tuple[int, ...], layers: int) -> NDArray[np.bool_]:
-    """Bool array, true in the `layers` outermost layers of each face.
+def frozen_mask(
+    shape: tuple[int, ...], layers: int, open_faces: Iterable[Index] = ()
+) -> NDArray[np.bool_]:
+    """Bool array, true in the `layers` outermost layers of each face that is not open.
 
     Raises
     ------
     InputError
-        If nothing would be left to move: 2 `layers` >= the count in some direction.
+        If nothing would be left to move in some direction, or there is no such face.
 
     Examples
     --------
@@ -206,13 +214,47 @@ def frozen_mask(shape: tuple[int, ...], layers: int) -> NDArray[np.bool_]:
            [1, 0, 1],
            [1, 0, 1],
            [1, 1, 1]])
+    >>> frozen_mask((4, 3), 1, [(1, 0)]).astype(int)
+    array([[1, 1, 1],
+           [0, 0, 1],
+           [0, 0, 1],
+           [1, 1, 1]])
     """
-    if layers < 0 or (layers and any(2 * layers >= count for count in shape)):
+    if not leaves_some(shape, layers, open_faces):
         counts = "x".join(str(count) for count in shape)
         raise InputError(f"{layers} frozen layers on each face leave nothing of {counts} points")
     mask = np.ones(shape, dtype=bool)
-    mask[tuple(slice(layers, count - layers) for count in shape)] = False
+    ends = _frozen_ends(shape, layers, open_faces)
+    mask[
+        tuple(slice(low, count - high) for count, (low, high) in zip(shape, ends, strict=True))
+    ] = False
     return mask
+
+
+def leaves_some(shape: tuple[int, ...], layers: int, open_faces: Iterable[Index] = ()) -> bool:
+    """Whether frozen layers leave points that move.
+
+    Examples
+    --------
+    >>> leaves_some((4, 2), 1), leaves_some((4, 2), 1, [(1, 0)])
+    (False, True)
+    """
+    ends = _frozen_ends(shape, layers, open_faces)
+    fits = all(low + high < count for count, (low, high) in zip(shape, ends, strict=True))
+    return layers == 0 or (layers > 0 and fits)
+
+
+def _frozen_ends(
+    shape: tuple[int, ...], layers: int, open_faces: Iterable[Index]
+) -> list[tuple[int, int]]:
+    """Frozen layers at beginning and end of each direction."""
+    faces = set(open_faces)
+    if not faces <= {(axis, side) for axis in range(len(shape)) for side in (0, 1)}:
+        raise InputError(f"a lattice of {len(shape)} directions has no such open faces")
+    free = [
+        [0 if (axis, side) in faces else layers for side in (0, 1)] for axis in range(len(shape))
+    ]
+    return [(low, high) for low, high in free]
 
 
 def _find(items: Iterable[Item], key: str, kind: str) -> Item:

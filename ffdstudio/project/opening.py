@@ -7,7 +7,9 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from ffdstudio.errors import InputError
+from ffdstudio.exchange.morphed import BOXES
 from ffdstudio.meshes import Mesh, read_mesh
+from ffdstudio.meshes.planes import planes_of
 from ffdstudio.project import references
 from ffdstudio.project.commands import OpenMesh
 from ffdstudio.project.display import Surface, surface_of
@@ -42,12 +44,13 @@ def read_record(record: BodyRecord, progress: Progress = no_progress) -> Opened:
         mesh = read_mesh(path, lambda fraction: progress(0.8 * fraction, f"reading {name}"))
     progress(0.8, f"preparing {name}")
     surface = surface_of(mesh)
+    planes_of(mesh)  # known from now on: an edit asks for them
     return Opened(command_of(record, mesh), surface)
 
 
 def command_of(record: BodyRecord, mesh: Mesh) -> OpenMesh:
     """Return the command that adds a stored body."""
-    hidden = record.settings.get("hidden_markers", [])
+    hidden, boxes = record.settings.get("hidden_markers", []), record.settings.get("boxes")
     return OpenMesh(
         path=os.fspath(record.path),
         sha256=record.sha256,
@@ -55,6 +58,7 @@ def command_of(record: BodyRecord, mesh: Mesh) -> OpenMesh:
         visible=record.visible,
         colour=record.colour,
         hidden_markers=tuple(name for name in hidden if name in mesh.markers),
+        boxes=boxes if boxes in BOXES else "update",
         mesh=mesh,
         packed=record.packed,
     )

@@ -24,13 +24,17 @@ def to_file(model: Model, sections: dict[str, Any]) -> ProjectFile:
 
 
 def _body(body: Body) -> BodyRecord:
-    look = {"hidden_markers": sorted(body.hidden_markers)}
+    look = {"hidden_markers": sorted(body.hidden_markers), "boxes": body.boxes}
     stored = (body.path, body.visible, body.colour, body.sha256, body.packed, look)
     return BodyRecord(body.name, *stored)
 
 
 def _lattice(item: LatticeItem) -> LatticeRecord:
-    settings = {"visible": item.visible, "shapes": [[n, s] for n, s in item.shapes.items()]}
+    settings = {
+        "visible": item.visible,
+        "shapes": [[n, s] for n, s in item.shapes.items()],
+        "open_faces": [list(face) for face in item.open_faces],
+    }
     return LatticeRecord(item.name, item.rest, item.current, item.frozen, item.enabled, settings)
 
 
@@ -48,12 +52,18 @@ def _added(record: LatticeRecord) -> AddLattice:
         bool(record.settings.get("visible", True)),
         record.active,
         tuple(_shapes(record.settings.get("shapes", []))),
+        tuple(_faces(record.settings.get("open_faces", []), record.rest.dimension)),
     )
 
 
 def _shapes(stored: Any) -> list[tuple[str, Lattice]]:
     pairs = [item for item in stored if isinstance(item, list) and len(item) == 2]
     return [(str(name), shape) for name, shape in pairs if isinstance(shape, Lattice)]
+
+
+def _faces(stored: Any, dimension: int) -> list[tuple[int, int]]:
+    every = [(axis, side) for axis in range(dimension) for side in (0, 1)]
+    return [face for face in every if list(face) in stored] if isinstance(stored, list) else []
 
 
 def activation(content: ProjectFile, model: Model) -> list[Command]:

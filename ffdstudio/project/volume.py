@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from ffdstudio.meshes import Mesh
+from ffdstudio.meshes.promises import broken
 from ffdstudio.meshes.topology import dimension
 from ffdstudio.project.following import Array, Follower
 from ffdstudio.project.model import LatticeItem
@@ -25,11 +26,14 @@ class Volume:
     inverted : int or None
         Cells turned inside out against the undeformed mesh; None for surface meshes, where
         that means nothing.
+    broken : tuple of str
+        What is no longer planar or no longer a pair, a sentence each (see `promises`).
     """
 
     points: Array
     moved: int
     inverted: int | None
+    broken: tuple[str, ...] = ()
 
 
 def countable(mesh: Mesh) -> bool:
@@ -52,4 +56,4 @@ def work_out(
     count = None
     if countable(mesh):
         count = inverted(mesh, points).count if moved else 0
-    return Volume(points, moved, count)
+    return Volume(points, moved, count, tuple(broken(mesh, points)) if moved else ())

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from itertools import combinations
 from pathlib import Path
 
 import numpy as np
@@ -29,8 +30,8 @@ def square_text(n: int = 8) -> str:
     return "\n".join([*lines, ""])
 
 
-def cube_text(x0: float = 0.0, n: int = 3) -> str:
-    """Unit cube from x0 on, six tetrahedra a cell, SU2."""
+def cube_text(x0: float = 0.0, n: int = 3, symmetry: bool = False) -> str:
+    """Unit cube from x0 on, six tetrahedra a cell, SU2; if wanted with a marker at y = 0."""
     m = n + 1
     nodes = [(x0 + i / n, j / n, k / n) for k in range(m) for j in range(m) for i in range(m)]
     cells = []
@@ -42,7 +43,13 @@ def cube_text(x0: float = 0.0, n: int = 3) -> str:
                 path.append(corner)
             cells.append([int(p[0] + m * (p[1] + m * p[2])) for p in path])
     lines = ["NDIME= 3", f"NELEM= {len(cells)}", *("10 " + " ".join(map(str, c)) for c in cells)]
-    lines += [f"NPOIN= {len(nodes)}", *(" ".join(map(repr, p)) for p in nodes), "NMARK= 0", ""]
+    lines += [f"NPOIN= {len(nodes)}", *(" ".join(map(repr, p)) for p in nodes)]
+    faces = [f for c in cells for f in combinations(c, 3) if all(nodes[k][1] == 0 for k in f)]
+    lines += [f"NMARK= {int(symmetry)}"]
+    if symmetry:
+        lines += ["MARKER_TAG= SYMMETRY", f"MARKER_ELEMS= {len(faces)}"]
+        lines += ["5 " + " ".join(map(str, face)) for face in faces]
+    lines += [""]
     return "\n".join(lines)
 
 
@@ -59,6 +66,14 @@ def cube(tmp_path: Path) -> Path:
     """A 3D mesh file."""
     path = tmp_path / "cube.su2"
     path.write_text(cube_text())
+    return path
+
+
+@pytest.fixture
+def half(tmp_path: Path) -> Path:
+    """A 3D mesh file whose face y = 0 is a symmetry plane."""
+    path = tmp_path / "half.su2"
+    path.write_text(cube_text(n=4, symmetry=True))
     return path
 
 

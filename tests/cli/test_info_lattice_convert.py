@@ -124,6 +124,87 @@ def test_wrong_lattices_are_refused(ffdstudio, square, tmp_path, words, cause):
     assert not (tmp_path / "l.lattice.json").exists()
 
 
+def test_the_outermost_layer_is_frozen_where_mesh_lies_beyond(ffdstudio, square, tmp_path):
+    words = ["lattice", square, "--marker", "top", "-o", tmp_path / "l.lattice.json"]
+    result = ffdstudio.json(*words, "--shape", 5, 4)
+    assert (result["frozen"], result["crossed_faces"]) == (1, ["j min"])
+    assert read_lattice_file(tmp_path / "l.lattice.json").frozen == 1
+    assert ffdstudio(*words, "--shape", 5, 4) == 0
+    assert "both sides of j min: the outermost layer stays frozen" in ffdstudio.out
+    result = ffdstudio.json(*words, "--shape", 5, 4, "--frozen", 0)
+    assert (result["frozen"], result["crossed_faces"]) == (0, ["j min"])
+    assert ffdstudio.json(*words, "--shape", 7, 6, "--frozen", 2)["frozen"] == 2
+
+
+def test_a_net_without_inner_points_freezes_nothing_and_says_so(ffdstudio, square, tmp_path):
+    words = ["lattice", square, "--marker", "top", "-o", tmp_path / "l.lattice.json"]
+    assert ffdstudio(*words, "--shape", 5, 2) == 0
+    assert "5x2 points leave none to freeze: nothing is frozen." in ffdstudio.out
+    assert read_lattice_file(tmp_path / "l.lattice.json").frozen == 0
+
+
+def test_nothing_is_frozen_around_everything(ffdstudio, cube, tmp_path):
+    result = ffdstudio.json("lattice", cube, "-o", tmp_path / "l.lattice.json")
+    assert (result["frozen"], result["crossed_faces"], result["on_planes"]) == (0, [], {})
+
+
+def test_a_lattice_begins_at_the_symmetry_plane(ffdstudio, half, tmp_path):
+    lattice = made(ffdstudio, half, tmp_path, "--shape", 5, 4, 4, "--margin", 0.25)
+    low, high = corners(lattice)
+    assert (low.tolist(), high.tolist()) == ([-0.25, 0, -0.25], [1.25, 1.25, 1.25])
+    assert "The face j min lies on SYMMETRY, without a margin" in ffdstudio.out
+    words = ["lattice", half, "--shape", 5, 4, "--axes", "xz", "-o", tmp_path / "l.lattice.json"]
+    assert ffdstudio.json(*words)["on_planes"] == {}
+
+
+def test_the_wings_lattice_begins_at_its_root(ffdstudio, shared, tmp_path):
+    mesh = shared / "meshes" / "wing" / "oneram6_tets.su2"
+    path = tmp_path / "m6.lattice.json"
+    words = ["lattice", mesh, "--shape", 5, 4, 4, "--marker", "WING", "--margin", 0.3, "-o", path]
+    result = ffdstudio.json(*words)
+    assert result["on_planes"] == {"j min": "SYMMETRY"}
+    assert result["crossed_faces"] == ["i min", "i max", "j max", "k min", "k max"]
+    out = tmp_path / "out.su2"
+    assert read_lattice_file(path).open_faces == ((1, 0),)
+    moves = ["--move", "2,1,2=0,0.1,0", "--move", "2,0,2=0.1,0,0.05"]
+    result = ffdstudio.json("morph", mesh, path, "-o", out, *moves)
+    assert result["warnings"] == []
+    before, after = read_mesh(mesh), read_mesh(out).points
+    plane = before.marker_nodes("SYMMETRY")
+    step = after[plane] - before.points[plane]
+    assert np.abs(step[:, 1]).max() < 1e-13
+    assert np.abs(step[:, 0]).max() > 0.01
+    assert np.abs(after - before.points)[:, 1].max() > 0.005
+
+
+def test_a_plane_case_is_open_in_front_and_back(ffdstudio, shared, tmp_path):
+    mesh, path = shared / "meshes" / "openfoam" / "airFoil2D", tmp_path / "a.lattice.json"
+    words = ["lattice", mesh, "--shape", 8, 6, 2, "--marker", "walls", "--margin", 0.3, "-o", path]
+    result = ffdstudio.json(*words)
+    assert result["frozen"] == 1
+    assert result["on_planes"] == {"k min": "frontAndBack", "k max": "frontAndBack"}
+    assert ffdstudio.json("info", path)["open_faces"] == ["k min", "k max"]
+    words = ["morph", mesh, path, "-o", tmp_path / "case", "--move", "3,3,0=0,0.5,0"]
+    [warning] = ffdstudio.json(*words)["warnings"]
+    assert warning.startswith("front and back of frontAndBack are no longer opposite")
+    words[4] = tmp_path / "other"
+    result = ffdstudio.json(*words, "--move", "3,3,1=0,0.5,0")
+    assert result["warnings"] == []
+    assert result["moved"] > 1000
+    assert ffdstudio("convert", path, tmp_path / "b.lattice.json") == 0
+    assert read_lattice_file(tmp_path / "b.lattice.json").open_faces == ((2, 0), (2, 1))
+
+
+def test_open_faces_that_are_none_are_refused(ffdstudio, tmp_path):
+    path = tmp_path / "a.lattice.json"
+    write_lattice(path, Lattice.box([0, 0], [1, 2], shape=(4, 3)), frozen=1, open_faces=[(1, 0)])
+    text = path.read_text()
+    for bad, cause in (("[[2, 0]]", "direction"), ('[["j", 0]]', "whole numbers"), ("3", "list")):
+        path.write_text(text.replace("[[1, 0]]", bad))
+        assert ffdstudio("info", path) == 2
+        assert cause in ffdstudio.err
+
+
 # ---- convert --------------------------------------------------------------------------------
 
 

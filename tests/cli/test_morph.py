@@ -210,3 +210,61 @@ def test_a_motion_beyond_all_bounds_is_refused(ffdstudio, square, tmp_path):
     assert ffdstudio("morph", square, path, "--move", "1,1=0,1e300", "-o", out) == 2
     assert "beyond 1e+100" in ffdstudio.err
     assert not out.exists()
+
+
+# ---- what is said of planes, smoothness and the map ------------------------------------------
+
+
+def test_a_symmetry_plane_that_bends_is_told_before_writing(ffdstudio, half, tmp_path):
+    path, _ = lattice_file(tmp_path, (4, 4, 4), lower=[-0.1] * 3, upper=[1.1] * 3)
+    out = tmp_path / "out.su2"
+    result = ffdstudio.json("morph", half, path, "-o", out, "--move", "2,1,2=0,0.1,0")
+    before, after = read_mesh(half), read_mesh(out).points
+    off = np.abs(after[before.marker_nodes("SYMMETRY"), 1])
+    [warning] = result["warnings"]
+    count = f"{int((off > 0).sum())} of 25 nodes leave it"
+    assert warning == f"SYMMETRY is no longer planar: {count}, by up to {off.max():.3g}"
+    assert warning in ffdstudio.err
+    assert ffdstudio.code == 0
+
+
+def test_points_on_the_plane_keep_it_plane_and_leave_it_when_told(ffdstudio, half, tmp_path):
+    path = tmp_path / "l.lattice.json"
+    assert ffdstudio("lattice", half, "--shape", 4, 4, 4, "-o", path) == 0
+    out = tmp_path / "out.su2"
+    words = ["morph", half, path, "-o", out]
+    slide = ["--move", "2,0,2=0.1,0,0.05", "--move", "1,1,1=0,0.05,0"]
+    assert ffdstudio.json(*words, *slide)["warnings"] == []
+    mesh = read_mesh(half)
+    after = read_mesh(out).points[mesh.marker_nodes("SYMMETRY")]
+    assert (after[:, 1] == 0).all()
+    warnings = ffdstudio.json(*words, "--move", "2,0,2=0,0.1,0")["warnings"]
+    assert warnings[0] == "a control point on SYMMETRY leaves its plane, by up to 0.1"
+    assert "no longer planar" in warnings[1]
+    assert (read_mesh(out).points[mesh.marker_nodes("SYMMETRY"), 1] > 0).any()
+
+
+def test_moving_a_face_with_mesh_beyond_is_told(ffdstudio, square, tmp_path):
+    path, _ = lattice_file(tmp_path, (4, 4), lower=[-0.1, -0.1], upper=[1.1, 0.6])
+    words = ["morph", square, path, "-o", tmp_path / "out.su2"]
+    [warning] = ffdstudio.json(*words, "--move", "1,3=0,0.02")["warnings"]
+    assert "move at j max, where mesh lies on both sides" in warning
+    assert ffdstudio.json(*words, "--move", "1,2=0,0.02")["warnings"] == []
+    assert ffdstudio.json(*words, "--move", "1,0=0,0.02")["warnings"] == []  # no mesh beyond j min
+    assert ffdstudio.json(*words, "--move", "1,3=0,0.02", "--frozen", 1)["warnings"] == []
+
+
+def test_whether_the_lattice_is_invertible_is_said_with_the_place(ffdstudio, square, tmp_path):
+    path, _ = lattice_file(tmp_path, (5, 4))
+    words = ["morph", square, path, "-o", tmp_path / "out.su2"]
+    result = ffdstudio.json(*words, "--move", "2,2=0.01,0,0")
+    assert (result["locally_invertible"], result["not_invertible_in"]) == (True, [])
+    result = ffdstudio.json(*words, "--move", "0,0=1.5,0", "--move", "0,1=1.5,0")
+    assert result["locally_invertible"] is False
+    assert result["not_invertible_in"][0] == [[0, 0.5], [0, 1]]
+    assert ffdstudio.json(*words, "--weight", "2,2=2")["locally_invertible_method"].startswith(
+        "sampled at 12x12 points"
+    )
+    ffdstudio(*words, "--move", "0,0=1.5,0", "--move", "0,1=1.5,0")
+    assert "the lattice folds in 1 knot span (" in ffdstudio.out
+    assert "at i 0 to 0.5, j 0 to 1" in ffdstudio.out

@@ -92,3 +92,29 @@ def test_weights_are_sampled_and_the_answer_says_so():
 def test_high_degrees_stay_decidable():
     lattice = Lattice.box([0, 0, 0], [1, 1, 1], shape=(9, 9, 3), degrees=(8, 8, 2))
     assert folds(lattice).locally_invertible
+
+
+def test_folded_spans_are_named_by_their_parameters():
+    rest = box((6, 4), (3, 3))
+    points = rest.control_points.copy()
+    points[0, :, 0] = 1.5
+    found = folds(rest.moved(points), rest)
+    assert found.answer is False
+    assert found.where == [[rest.knots[0][[3, 4]].tolist(), [0.0, 1.0]]]
+    assert folds(rest).answer is True
+    assert folds(rest).where == []
+
+
+def test_a_large_lattice_is_judged_in_pieces_with_the_same_result(monkeypatch):
+    import ffdstudio.engine.folds as module
+
+    rest = box((9, 5, 4), (3, 2, 2))
+    rng = np.random.default_rng(3)
+    moved = rest.moved(rest.control_points + 0.1 * rng.normal(size=rest.control_points.shape))
+    whole = folds(moved, rest)
+    monkeypatch.setattr(module, "AT_ONCE", 1)
+    pieces = folds(moved, rest)
+    assert whole.folded.any()
+    assert not whole.folded.all()
+    assert np.array_equal(whole.folded, pieces.folded)
+    assert np.array_equal(whole.undecided, pieces.undecided)

@@ -14,12 +14,12 @@ from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 
 from ffdstudio.engine import Lattice, embed
-from ffdstudio.gui.quality.freezehint import sentence
 from ffdstudio.gui.quality.guardline import words
 from ffdstudio.meshes import Mesh, quality
 from ffdstudio.meshes.measures import MEASURES
 from ffdstudio.meshes.safety.guard import Guard
 from ffdstudio.meshes.safety.limits import PRESETS, Stop
+from ffdstudio.project.freezing import advice
 from ffdstudio.project.guarding import Verdict
 
 pytestmark = pytest.mark.display
@@ -254,11 +254,14 @@ def test_layers_are_frozen_where_mesh_lies_on_both_sides(user: Any, square: Path
 
 
 def test_the_advice_on_frozen_layers() -> None:
-    assert sentence([], 0, 6) == ""
-    assert "Freeze a layer" in sentence([(0, 1)], 0, 6)
-    assert "2 layers stay frozen, so that the shape is C1 there" in sentence([(0, 1)], 2, 6)
-    assert sentence([(0, 1)], 2, 6).endswith("frozen on all faces alike.")
-    assert "alike" not in sentence([(0, 0), (0, 1)], 2, 2)
+    solid = (6, 6, 6)
+    assert advice(solid, [], 0) == ""
+    assert "Freeze a layer" in advice(solid, [(0, 1)], 0)
+    assert "2 layers stay frozen, so that the shape is C1 there" in advice(solid, [(0, 1)], 2)
+    assert advice(solid, [(0, 1)], 2).endswith("frozen on all faces alike.")
+    assert "alike" not in advice((6,), [(0, 0), (0, 1)], 2)
+    assert "2 layers give C1" in advice(solid, [(0, 1)], 1)
+    assert "2 layers" not in advice((4, 6, 6), [(0, 1)], 1)
 
 
 def test_words_of_the_guard() -> None:

@@ -1,5 +1,7 @@
 """The safe amplitude against bisection with the count of inverted cells."""
 
+from fractions import Fraction
+
 import numpy as np
 import pytest
 
@@ -135,3 +137,30 @@ def test_a_displacement_that_is_no_number_is_refused():
     mesh = crowd("tetra", count=2)
     with pytest.raises(InputError, match="finite"):
         safe_amplitude(mesh, np.full(mesh.points.shape, np.nan))
+
+
+def test_a_node_that_moves_away_has_no_limit_from_rounding():
+    corner = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
+    ends = 0
+    for seed in range(200):
+        rng = np.random.default_rng(seed)
+        points = corner + 0.12 * rng.standard_normal((4, 3))
+        move = np.zeros((4, 3))
+        move[0] = rng.standard_normal(3)
+        a, b, c, d = (np.array([Fraction(x) for x in row]) for row in (*points[1:], points[0]))
+        normal = np.cross(b - a, c - a)  # exact, as all that follows
+        height, speed = normal @ (d - a), normal @ np.array([Fraction(x) for x in move[0]])
+        found = safe_amplitude(Mesh(points, {"tetra": [[0, 1, 2, 3]]}), move)
+        if height * speed < 0:
+            assert found == pytest.approx(float(-height / speed), rel=1e-9)
+        else:
+            assert found == np.inf
+            ends += 1
+    assert 50 < ends < 150
+
+
+def test_flat_cells_keep_the_roots_they_have():
+    mesh = Mesh([[0, 0, 0], [1, 0, 0], [0, 1e-9, 0]], {"triangle": [[0, 1, 2]]}, dimension=2)
+    assert safe_amplitude(mesh, [[0, 0, 0], [0, 0, 0], [0, -1e-9, 0]]) == pytest.approx(1)
+    assert safe_amplitude(mesh, [[0, 0, 0], [0, 0, 0], [1, -1e-9, 0]]) == pytest.approx(1)
+    assert safe_amplitude(mesh, [[0, 0, 0], [0, 0, 0], [1, -1e-12, 0]]) == pytest.approx(1e3)

@@ -11,8 +11,8 @@ from ffdstudio.project.commands import CreateBox
 from ffdstudio.project.document import Document
 
 
-def write_cube(path: Path, n: int = 3) -> Path:
-    """SU2 file of a unit cube of n^3 hexahedra with two markers."""
+def write_cube(path: Path, n: int = 3, low: str = "low") -> Path:
+    """SU2 file of a unit cube of n^3 hexahedra with markers at x = 0 (`low`) and x = 1."""
     count = n + 1
     grid = np.stack(np.meshgrid(*[np.linspace(0, 1, count)] * 3, indexing="ij"), -1)
     number = np.arange(count**3).reshape(count, count, count)
@@ -25,7 +25,7 @@ def write_cube(path: Path, n: int = 3) -> Path:
     lines.append(f"NPOIN= {count**3}")
     lines += [" ".join(f"{x:.17g}" for x in point) for point in grid.reshape(-1, 3)]
     lines.append("NMARK= 2")
-    for name, layer in (("low", number[0]), ("high", number[-1])):
+    for name, layer in ((low, number[0]), ("high", number[-1])):
         lines += [f"MARKER_TAG= {name}", f"MARKER_ELEMS= {n**2}"]
         for j, k in np.ndindex(n, n):
             quad = layer[j, k], layer[j + 1, k], layer[j + 1, k + 1], layer[j, k + 1]

@@ -11,6 +11,7 @@ import pytest
 from ffdstudio.cli.main import main
 from ffdstudio.engine import Lattice
 from ffdstudio.errors import InputError
+from ffdstudio.exchange import read_lattice, write_lattice
 from ffdstudio.project import commands as c
 from ffdstudio.project.document import Document
 from ffdstudio.project.journal import Journal, commands_of, read_journal
@@ -20,19 +21,21 @@ from tests.project.scenes import BOX, opened, write_cube
 
 BENT = BOX.lattice.moved(BOX.lattice.control_points * 1.1, BOX.lattice.weights * 0.7)
 EVERY = [
-    c.OpenMesh("/a/b.su2", "ab12", "wing", False, "#aabbcc", ("low", "high")),
+    c.OpenMesh("/a/b.su2", "ab12", "wing", False, "#aabbcc", ("low", "high"), "strip"),
     BOX,
     c.CreateBox(
         "Turned", (0.0,) * 3, (1.0,) * 3, (3, 3), (2, 2), ((0.6, 0.8, 0.0), (-0.8, 0.6, 0.0))
     ),
     c.Refit("lattice2", BOX),
-    c.AddLattice("x", BOX.lattice, BENT, 1, False, False, (("a", BENT),)),
+    c.AddLattice("x", BOX.lattice, BENT, 1, False, False, (("a", BENT),), ((1, 0),)),
+    c.CreateBox("Open", (0.0,) * 3, (1.0,) * 3, (4, 3), (2, 2), frozen=1, open_faces=((0, 1),)),
     c.Remove("lattice2"),
     c.Rename("body1", "Flügel »1«"),
     c.Show(("body1", "lattice2"), False),
     c.Isolate("body1"),
     c.ShowMarkers("body1", ("low",), False),
     c.Colour("body1", None),
+    c.TreatBoxes("body1", "keep"),
     c.Activate("lattice2"),
     c.Enable("lattice2", False),
     c.MovePoints("lattice2", ((0, 1, 2),), ((0.1 + 0.2, 1e-300, -0.0),)),
@@ -227,3 +230,37 @@ def test_steps_are_read_as_they_were_recorded(session: Document, tmp_path: Path)
     assert steps[1:] == session.journal.steps[1:]
     assert Journal(steps).text(tmp_path) == session.journal.text(tmp_path)
     assert np.count_nonzero([isinstance(step, int) for step in steps]) == 3
+
+
+@pytest.mark.parametrize("choice", ["update", "strip", "keep"])
+def test_what_becomes_of_ffd_boxes_is_replayed_to_the_same_bytes(
+    tmp_path: Path, choice: str
+) -> None:
+    mesh = write_cube(tmp_path / "cube.su2")
+    write_lattice(mesh, Lattice.box([-0.2] * 3, [1.2] * 3, (3, 3, 3)), tag="BOX")
+    document = opened(mesh, BOX)
+    document.problem.disconnect()  # keeping warns
+    document.do(c.MovePoints("lattice2", ((1, 1, 1),), ((0.4, 0.3, 0.2),)))
+    if choice != "update":
+        document.do(c.TreatBoxes("body1", choice))
+    document.export_mesh("body1", tmp_path / "out.su2")
+    document.journal.save(tmp_path / "a.journal")
+    assert main(["replay", str(tmp_path / "a.journal"), "-o", str(tmp_path / "again")]) == 0
+    data = (tmp_path / "out.su2").read_bytes()
+    assert (tmp_path / "again" / "cube.su2").read_bytes() == data
+    assert (b"FFD_NBOX" in data) == (choice != "strip")
+    box = read_lattice(mesh)[0]
+    if choice != "strip":
+        assert (read_lattice(tmp_path / "out.su2")[0] == box) == (choice == "keep")
+
+
+def test_the_choice_for_ffd_boxes_is_kept_in_the_project(tmp_path: Path) -> None:
+    document = opened(write_cube(tmp_path / "cube.su2"))
+    document.do(c.TreatBoxes("body1", "strip"))
+    document.save(tmp_path / "p.ffdproj")
+    again = Document()
+    again.open(tmp_path / "p.ffdproj")
+    assert again.model.bodies[0].boxes == "strip"
+    assert commands_of(again.model)[0].boxes == "strip"  # type: ignore[union-attr]
+    with pytest.raises(InputError, match="update, strip, keep"):
+        document.do(c.TreatBoxes("body1", "burn"))

@@ -8,12 +8,15 @@ from pathlib import Path
 
 from PySide6.QtWidgets import QMenu
 
+from ffdstudio.exchange.morphed import has_boxes
 from ffdstudio.gui.dialogs.ask import Question
 from ffdstudio.gui.jobs import Job
 from ffdstudio.gui.start import examples
 from ffdstudio.gui.studio import Studio
+from ffdstudio.project.commands import TreatBoxes
 from ffdstudio.project.document import Document
 from ffdstudio.project.model import Body
+from ffdstudio.project.volume import Volume
 
 PROJECT = ".ffdproj"
 PROJECT_FILTER = f"FFD Studio project (*{PROJECT})"
@@ -151,12 +154,48 @@ class FileHandler:
             self._document.export_mesh(body.key, path)
 
     def _confirmed(self, body: Body) -> bool:
-        """Ask before cells that are inside out are written."""
+        """Ask before anything is written that a solver will not take, and for FFD boxes."""
         if self._document.volume(body.key) is None:
             self._studio.jobs.finish()
         volume = self._document.volume(body.key)
-        if volume is None or not volume.inverted:
+        if volume is not None and volume.inverted and not self._takes_inverted(body, volume):
+            return False
+        if volume is not None and volume.broken and not self._takes_broken(body, volume):
+            return False
+        return self._boxes_chosen(body)
+
+    def _takes_broken(self, body: Body, volume: Volume) -> bool:
+        question = Question(
+            "Boundaries",
+            f"Boundaries of {body.name} are not what they were.",
+            ".\n".join(volume.broken) + ".\n\nA solver may refuse this mesh, or compute something "
+            "else. A lattice that begins at the plane keeps it.",
+            (("export", "&Export all the same"), ("cancel", "&Do not export")),
+        )
+        return self._studio.asker.choose(question) == "export"
+
+    def _boxes_chosen(self, body: Body) -> bool:
+        """Ask what becomes of FFD boxes in the file; the choice is a command of the document."""
+        if not has_boxes(body.mesh):
             return True
+        answers = {
+            "update": "&Update them",
+            "strip": "&Leave them out",
+            "keep": "&Keep them as they are",
+        }
+        order = sorted(answers, key=lambda key: key != body.boxes)  # the last choice first
+        question = Question(
+            "FFD boxes",
+            f"The file of {body.name} holds FFD boxes.",
+            "Updated, they follow the shape. Kept as they are, SU2_DEF would move the shape back.",
+            (*((key, answers[key]) for key in order), ("cancel", "Cancel")),
+        )
+        answer = self._studio.asker.choose(question)
+        if answer not in answers:
+            return False
+        return answer == body.boxes or self._studio.do(TreatBoxes(body.key, answer))
+
+    def _takes_inverted(self, body: Body, volume: Volume) -> bool:
         question = Question(
             "Inverted cells",
             f"{volume.inverted} cells of {body.name} are inside out.",

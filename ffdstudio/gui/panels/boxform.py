@@ -44,7 +44,7 @@ class BoxForm(QWidget):
         self.spacing = QComboBox()
         self.frozen = QSpinBox()
         self.hint = FreezeHint(studio, self.frozen)
-        self.inside = note()
+        self.inside, self.seat = note(), note()
         self.make = QPushButton("&Create")
         self.cancel = QPushButton("Cancel")
         self.notes = {
@@ -95,6 +95,7 @@ class BoxForm(QWidget):
         layout = QVBoxLayout(self)
         layout.addLayout(form)
         layout.addLayout(self._directions())
+        layout.addWidget(self.seat)
         layout.addWidget(self.rotated)
         layout.addWidget(self._frame())
         more = QFormLayout()

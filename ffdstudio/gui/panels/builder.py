@@ -21,8 +21,12 @@ from ffdstudio.gui.panels.draft import (
 )
 from ffdstudio.gui.panels.fields import say
 from ffdstudio.gui.studio import Studio
+from ffdstudio.meshes.planes import Plane, planes_of
 from ffdstudio.project.commands import CreateBox, Refit
+from ffdstudio.project.freezing import Face
 from ffdstudio.project.model import LatticeItem
+from ffdstudio.project.seating import seat_sentence, seated
+from ffdstudio.project.sliding import planes_in
 
 Array = NDArray[np.float64]
 TYPED = "typed bounds"
@@ -36,6 +40,7 @@ class Builder(BoxForm):
         self._studio, self._finished = studio, finished
         self._refitting: LatticeItem | None = None
         self._filling = False
+        self._open: tuple[Face, ...] = ()
         self._connect()
 
     def _connect(self) -> None:
@@ -108,6 +113,8 @@ class Builder(BoxForm):
                 box.setValue(angle)
         self.frozen.setValue(item.frozen)
         self.hint.begin(advising=False)
+        self._seat({})
+        self._open = tuple((axis, side) for axis, side in item.open_faces)
         self.name.setText(item.name)
         self.around.setCurrentIndex(self.around.findData(TYPED))
         self.make.setText("&Fit anew")
@@ -158,13 +165,26 @@ class Builder(BoxForm):
         points = document.points(source[0])
         return points[document.surface(source[0]).marker_points(source[1])] if source[1] else points
 
+    def _seat(self, faces: dict[Face, str]) -> None:
+        """Take note of the faces that lie on planes: nothing is frozen there."""
+        self._open = tuple(faces)
+        say(self.seat, seat_sentence(faces))
+
+    def _planes(self) -> tuple[Plane, ...]:
+        """Planes where the mesh ends that the lattice is laid around."""
+        model, source = self._studio.document.model, self.around.currentData()
+        return planes_of(model.body(source[0]).mesh) if source[0] else planes_in(model)
+
     def _take_bounds(self) -> None:
         if self._filling:
             return
         points, d = self._points(), self.dimension.currentData()
+        self._seat({})
         if points is not None and len(points):
-            axes = self.draft().axes
-            low, high = Frame.of(axes, d).bounds(points, self.margin.value() / 100)
+            frame = Frame.of(self.draft().axes, d)
+            bounds = frame.bounds(points, self.margin.value() / 100)
+            low, high, faces = seated(frame, bounds, points, self._planes())
+            self._seat(faces)
             for axis in range(d):
                 self.low[axis].put(float(low[axis]))
                 self.high[axis].put(float(high[axis]))
@@ -172,6 +192,7 @@ class Builder(BoxForm):
 
     def _on_typed(self) -> None:
         self.around.setCurrentIndex(self.around.findData(TYPED))
+        self._seat({})
         self._show()
 
     def _on_rotated(self, on: bool) -> None:
@@ -207,6 +228,7 @@ class Builder(BoxForm):
             turned,  # type: ignore[arg-type]
             self.spacing.currentData(),
             self.frozen.value(),
+            self._open,
         )
 
     def _show(self) -> None:
@@ -220,13 +242,13 @@ class Builder(BoxForm):
                 lattice = draft.command().lattice
             except InputError as error:
                 problems["other"] = str(error)
-        if self.hint.look(lattice):
+        if self.hint.look(lattice, self._open):
             return  # it has set the frozen layers, and all was shown anew
         for key, label in self.notes.items():
             say(label, f"{problems[key]}.".capitalize() if key in problems else "")
         self._mark(problems, len(draft.counts))
         self.make.setEnabled(not problems)
-        self._studio.state.put_preview(lattice, self.frozen.value())
+        self._studio.state.put_preview(lattice, self.frozen.value(), self._open)
         say(self.inside, "" if lattice is None else self._count(lattice))
 
     def _mark(self, problems: dict[str, str], d: int) -> None:

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from ffdstudio.engine import Lattice
 from ffdstudio.project.commands import CreateBox
+from ffdstudio.project.model import leaves_some
 
 Array = NDArray[np.float64]
 DIRECTIONS = "ijk"
@@ -27,6 +28,7 @@ class Draft:
     angles: tuple[float, float, float] | None = None
     spacing: str = "greville"
     frozen: int = 0
+    open_faces: tuple[tuple[int, int], ...] = ()
 
     @property
     def axes(self) -> Array | None:
@@ -44,7 +46,7 @@ class Draft:
                 found[f"bounds {axis}"] = "two numbers are needed"
             elif not high - low > 1e-12 * max(abs(low), abs(high)):
                 found[f"bounds {axis}"] = "the upper bound must be above the lower one"
-        if self.frozen and 2 * self.frozen >= min(self.counts):
+        if not leaves_some(self.counts, self.frozen, self.open_faces):
             found["frozen"] = f"{self.frozen} layers on both sides leave no free point"
         if np.prod(self.counts) > MOST:
             found["direction 0"] = f"{np.prod(self.counts):,} points in all are too many"
@@ -65,6 +67,7 @@ class Draft:
             None if axes is None else tuple(tuple(map(float, row)) for row in axes),
             self.spacing,
             self.frozen,
+            self.open_faces,
         )
 
 

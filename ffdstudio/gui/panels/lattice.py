@@ -106,7 +106,9 @@ class Summary(QWidget):
         self.raisers = [self._button("Degree +1", axis) for axis in range(3)]
         self.frozen = QSpinBox()
         self.frozen.setRange(0, 99)
-        self.frozen.setToolTip("Outermost layers that stay where they are, on every face")
+        self.frozen.setToolTip(
+            "Outermost layers that stay where they are, on every face where mesh may lie beyond"
+        )
         self.frozen.setKeyboardTracking(False)
         self.problem = note(role="problem")
         self.state = note()

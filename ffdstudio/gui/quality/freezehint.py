@@ -10,7 +10,7 @@ from ffdstudio.engine import Lattice
 from ffdstudio.gui.panels.fields import say
 from ffdstudio.gui.studio import Studio
 from ffdstudio.meshes import Mesh
-from ffdstudio.project.freezing import Face, continuity, face_names, suggested
+from ffdstudio.project.freezing import Face, advice, suggested
 from ffdstudio.project.volume import Volume
 
 Array = NDArray[np.float64]
@@ -32,18 +32,18 @@ class FreezeHint(QLabel):
         self._advising = advising
         say(self, "")
 
-    def look(self, lattice: Lattice | None) -> bool:
+    def look(self, lattice: Lattice | None, open_faces: tuple[Face, ...] = ()) -> bool:
         """Judge a lattice that is being built; whether the number of layers was changed."""
         if lattice is None:
             say(self, "")
             return False
-        layers, faces = suggested(lattice, self._meshes())
+        layers, faces = suggested(lattice, self._meshes(), open_faces)
         if self._advising and layers != self._layers.value():
             self._setting = True
             self._layers.setValue(layers)
             self._setting = False
             return True
-        say(self, sentence(faces, self._layers.value(), 2 * lattice.dimension))
+        say(self, advice(lattice.shape, faces, self._layers.value(), open_faces))
         self.setProperty("role", "muted" if self._layers.value() else "warning")
         self.style().unpolish(self)
         self.style().polish(self)
@@ -61,23 +61,3 @@ class FreezeHint(QLabel):
 
 def _points(rest: Array, volume: Volume | None) -> Array:
     return rest if volume is None else volume.points
-
-
-def sentence(faces: list[Face], layers: int, total: int) -> str:
-    """Why layers are frozen, or what happens if they are not; nothing without mesh beyond.
-
-    Examples
-    --------
-    >>> sentence([], 1, 6)
-    ''
-    """
-    if not faces:
-        return ""
-    where = f"Mesh lies on both sides of {face_names(faces)}"
-    if not layers:
-        return f"{where}: moving the outermost points would shear the cells there. Freeze a layer."
-    more = f"; {layers + 1} layers give {continuity(layers + 1)}" if layers < 3 else ""
-    frozen = "the outermost layer stays" if layers == 1 else f"{layers} layers stay"
-    alike = " Layers are frozen on all faces alike." if len(faces) < total else ""
-    kept = continuity(layers)
-    return f"{where}: {frozen} frozen, so that the shape is {kept} there{more}.{alike}"

@@ -22,10 +22,12 @@ from ffdstudio.gui.quality.choice import COLOURS, Choice
 from ffdstudio.gui.quality.guardbox import GuardBox
 from ffdstudio.gui.quality.late import LateHistogram
 from ffdstudio.gui.quality.lists import LimitList, WorstList, spaced
+from ffdstudio.gui.quality.notes import FoldNote, PlaneNote, put
 from ffdstudio.gui.studio import Studio
 from ffdstudio.gui.theme import Theme
 from ffdstudio.meshes.measures import LIMITS, MEASURES
 from ffdstudio.project.checking import Checks, Digest, presets
+from ffdstudio.project.folding import Foldings
 from ffdstudio.project.guarding import Warden
 
 if TYPE_CHECKING:
@@ -35,7 +37,9 @@ if TYPE_CHECKING:
 class QualityPanel(QStackedWidget):
     """Two pages: why there is nothing to show, and what there is."""
 
-    def __init__(self, studio: Studio, checks: Checks, choice: Choice, warden: Warden) -> None:
+    def __init__(
+        self, studio: Studio, checks: Checks, choice: Choice, warden: Warden, foldings: Foldings
+    ) -> None:
         super().__init__()
         self._studio, self._checks, self._choice = studio, checks, choice
         self.empty = note()
@@ -45,6 +49,7 @@ class QualityPanel(QStackedWidget):
         self.colour, self.preset = QComboBox(), QComboBox()
         self.standard, self.figures, self.inverted, self.tests = note(), note(), note(), note()
         self.histogram, self.limits, self.worst = LateHistogram(), LimitList(), WorstList()
+        self.planes, self.folds = PlaneNote(studio), FoldNote(studio, foldings)
         self.guard = GuardBox(studio, warden)
         self._fill_choices()
         page = QScrollArea()
@@ -61,6 +66,7 @@ class QualityPanel(QStackedWidget):
         """Stop listening."""
         self._listening.stop()
         self.guard.close_box()
+        self.folds.close_note()
 
     def paint_with(self, theme: Theme) -> None:
         """Take the colours of a theme."""
@@ -101,7 +107,7 @@ class QualityPanel(QStackedWidget):
         form.addRow("&Colours", self.colour)
         self._form = form
         layout.addLayout(form)
-        for widget in (self.inverted, self.histogram, self.figures):
+        for widget in (self.inverted, self.planes, self.folds, self.histogram, self.figures):
             layout.addWidget(widget)
         limits = QFormLayout()
         limits.setFieldGrowthPolicy(QFormLayout.FieldGrowthPolicy.AllNonFixedFieldsGrow)
@@ -192,11 +198,12 @@ class QualityPanel(QStackedWidget):
         text = f"{spaced(count)} of {cells} cells are inverted"
         text = text if count else f"None of {cells} cells is inverted"
         stale = "" if self._checks.current(self._choice.wanted.body) else " (measuring …)"
-        _put(self.inverted, text + stale, role)
+        put(self.inverted, text + stale, role)
+        self.planes.fill(self._choice.wanted.body)
         self.limits.fill(report, self._choice.wanted.preset, self._studio.theme)
         failed = [f"{name}: {spaced(n)}" for name, n in report.solver_tests.items() if n]
         text = "; ".join(failed) or "The solvers' own tests find nothing wrong."
-        _put(self.tests, text, "warning" if failed else "muted")
+        put(self.tests, text, "warning" if failed else "muted")
         tip = "\n".join(f"{name}: {n}" for name, n in report.solver_tests.items())
         self.tests.setToolTip(tip)
 
@@ -219,14 +226,3 @@ def _titled(title: str, widget: QWidget) -> QGroupBox:
     layout.setContentsMargins(0, 0, 0, 0)
     layout.addWidget(widget)
     return box
-
-
-def _put(label: object, text: str, role: str) -> None:
-    """Show a text in a note of another role."""
-    from PySide6.QtWidgets import QLabel
-
-    assert isinstance(label, QLabel)
-    label.setText(text)
-    label.setProperty("role", role)
-    label.style().unpolish(label)
-    label.style().polish(label)

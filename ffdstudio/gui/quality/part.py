@@ -20,6 +20,7 @@ from ffdstudio.gui.sections import Sections
 from ffdstudio.gui.studio import Studio
 from ffdstudio.gui.theme import Theme
 from ffdstudio.project.checking import Checks
+from ffdstudio.project.folding import Foldings
 from ffdstudio.project.guarding import Warden
 from ffdstudio.project.tools import Tools
 
@@ -40,7 +41,8 @@ class QualityPart:
             settings.text("guard_limits", "inversion"),
         )
         tools.guard_with(self.warden)
-        self.panel = QualityPanel(studio, self.checks, self.choice, self.warden)
+        self.foldings = Foldings(studio.document)
+        self.panel = QualityPanel(studio, self.checks, self.choice, self.warden, self.foldings)
         self.painter = Painter(studio, scene, sections, self.checks, self.choice)
         self.legend = Legend(studio, scene.viewport, self.checks, self.choice)
         self.mark = CellMark(scene.viewport, studio.document, self.checks, self.choice)
@@ -71,6 +73,7 @@ class QualityPart:
         self._checking.stop()
         for part in (self.mark, self.painter, self.line, self.ring, self.warden, self.checks):
             part.close()
+        self.foldings.close()
         self.legend.close_legend()
 
     def paint_with(self, _theme: Theme) -> None:
@@ -86,6 +89,7 @@ class QualityPart:
 
     def _watch(self) -> None:
         self.checks.watch(self._seen or self.choice.wanted.colour != "off")
+        self.foldings.watch(self._seen)
 
     # ---- the Quality menu -------------------------------------------------------------------
 

@@ -142,8 +142,16 @@ def read(path: Path, data: bytes, progress: Progress) -> Mesh:
     owner = FoamFile.find(folder, "owner").labels()
     neighbour = FoamFile.find(folder, "neighbour").labels()
     faces = _faces(folder, len(template.original), nodes, offsets, owner, neighbour)
-    markers, kinds = _patches(folder, faces)
-    return Mesh(template.original, {}, markers, faces=faces, kinds=kinds, template=template)
+    markers, kinds, partners = _patches(folder, faces)
+    return Mesh(
+        template.original,
+        {},
+        markers,
+        faces=faces,
+        kinds=kinds,
+        partners=partners,
+        template=template,
+    )
 
 
 def _not_there(path: Path, folder: Path) -> str:
@@ -192,10 +200,11 @@ def _faces(
     return Faces(nodes, offsets, owner, np.maximum(neighbour, -1))
 
 
-def _patches(folder: Path, faces: Faces) -> tuple[Markers, dict[str, str]]:
+def _patches(folder: Path, faces: Faces) -> tuple[Markers, dict[str, str], dict[str, str]]:
+    """Patches with their types and, of cyclic ones, their neighbours."""
     source = FoamFile.find(folder, "boundary").source
     markers: Markers = {}
-    kinds = {}
+    kinds, partners = {}, {}
     for name, values in dictionary(source):
         if "startFace" not in values:
             continue
@@ -208,4 +217,6 @@ def _patches(folder: Path, faces: Faces) -> tuple[Markers, dict[str, str]]:
         markers[name] = boundary_faces(faces, np.arange(begin, begin + count))
         kind = values.get("type", "patch")
         kinds[name] = KINDS.get(kind, kind)
-    return markers, kinds
+        if "neighbourPatch" in values:
+            partners[name] = values["neighbourPatch"]
+    return markers, kinds, partners

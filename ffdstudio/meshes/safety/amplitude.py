@@ -16,9 +16,9 @@ from numpy.typing import ArrayLike
 from ffdstudio.errors import InputError
 from ffdstudio.meshes.measures.bezier import INSIDE
 from ffdstudio.meshes.measures.blocks import Block, blocks_of
-from ffdstudio.meshes.measures.corners import edges, signs, unit
+from ffdstudio.meshes.measures.corners import ROUNDING, edges, signs, unit
 from ffdstudio.meshes.measures.inversion import deformed
-from ffdstudio.meshes.measures.vectors import cross, dot, gathered, pieces, triple
+from ffdstudio.meshes.measures.vectors import cross, dot, gathered, length, pieces, triple
 from ffdstudio.meshes.mesh import Mesh
 from ffdstudio.meshes.safety.interior import first_fold
 from ffdstudio.meshes.safety.roots import smallest
@@ -81,9 +81,27 @@ def _corners(block: Block, rest: Array, start: Array, move: Array, up: Array | N
         upright = None if up is None else gathered(up, part.nodes)
         for i, corner in enumerate(block.corners):
             normal = None if upright is None else unit(cross(*edges(upright, corner)))
-            terms = np.stack(polynomial(edges(x, corner), edges(d, corner), normal)) * sign[i]
-            limit = min(limit, smallest(*terms[:, terms[0] > 0]))
+            e, f = edges(x, corner), edges(d, corner)
+            terms, noise = np.stack(polynomial(e, f, normal)) * sign[i], rounding(e, f)
+            chosen = terms[0] > 0
+            c0, c1, c2, c3 = terms[:, chosen]
+            limit = min(limit, smallest(c0, c1, c2, c3, noise[:, chosen]))
     return limit
+
+
+def rounding(e: list[Array], f: list[Array]) -> Array:
+    """(3, k) how large c1, c2 and c3 of `polynomial` may be by rounding of their sums alone."""
+    size, move = [length(v) for v in e], [length(v) for v in f]
+    if len(e) == 2:
+        first, second, third = size[0] * move[1] + size[1] * move[0], move[0] * move[1], 0 * size[0]
+    else:
+        (a, b, c), (u, v, w) = size, move
+        first, second, third = (
+            u * b * c + a * v * c + a * b * w,
+            a * v * w + u * b * w + u * v * c,
+            u * v * w,
+        )
+    return ROUNDING * np.stack([first, second, third])
 
 
 def polynomial(e: list[Array], f: list[Array], normal: Array | None) -> list[Array]:

@@ -7,6 +7,8 @@
    critical points cut the way down from there into monotone pieces, and the first piece with a
    change of sign is bisected.
 3. Only the smallest t of all is wanted: a bracket below the best one so far is dropped.
+4. A coefficient that consists of rounding has no sign, and the far root it seems to cause is
+   none: it counts as zero. Whoever knows what was summed tells how large rounding may be.
 """
 
 from __future__ import annotations
@@ -18,15 +20,27 @@ from ffdstudio.meshes.topology import Array
 STEPS = 80
 
 
-def smallest(c0: Array, c1: Array, c2: Array, c3: Array) -> float:
+def smallest(c0: Array, c1: Array, c2: Array, c3: Array, noise: Array | None = None) -> float:
     """Smallest positive root of all polynomials; infinity if none has one.
+
+    Parameters
+    ----------
+    c0, c1, c2, c3 : numpy.ndarray
+        (n,) coefficients; c0 is positive.
+    noise : numpy.ndarray, optional
+        (3, n) how large c1, c2 and c3 may be by rounding alone.
 
     Examples
     --------
     >>> one = np.ones(1)
     >>> round(smallest(one, -3 * one, 2 * one, 0 * one), 12)
     0.5
+    >>> smallest(one, one, -1e-17 * one, 0 * one, 1e-15 * np.ones((3, 1)))
+    inf
     """
+    if noise is not None:
+        rows = zip((c1, c2, c3), noise, strict=True)
+        c1, c2, c3 = (np.where(np.abs(c) > least, c, 0.0) for c, least in rows)
     with np.errstate(over="ignore", invalid="ignore"):
         a, b, c = c1 / c0, c2 / c0, c3 / c0
         bound = 2 * np.maximum(np.maximum(np.abs(a), np.abs(b) ** 0.5), np.abs(c / 2) ** (1 / 3))

@@ -29,6 +29,7 @@ from ffdstudio.project.commands.scene import (
     Rename,
     Show,
     ShowMarkers,
+    TreatBoxes,
 )
 from ffdstudio.project.commands.shapes import BlendShapes, RemoveShape, SaveShape
 
@@ -57,6 +58,7 @@ COMMANDS: dict[str, type[Command]] = {
         SetWeights,
         Show,
         ShowMarkers,
+        TreatBoxes,
         UseIterate,
     )
 }
@@ -87,5 +89,6 @@ __all__ = [
     "SetWeights",
     "Show",
     "ShowMarkers",
+    "TreatBoxes",
     "UseIterate",
 ]

@@ -20,13 +20,14 @@ from ffdstudio.project.commands.base import (
     where,
 )
 from ffdstudio.project.model import Index, Model, frozen_mask
+from ffdstudio.project.sliding import planes_in, slid
 
 DIRECTIONS = "ijk"
 
 
 @dataclass(frozen=True)
 class MovePoints(Command):
-    """Put control points to new positions, in world units."""
+    """Put control points to new positions, in world units; on a symmetry plane they slide."""
 
     verb: ClassVar[str] = "move points"
     item: str
@@ -37,7 +38,8 @@ class MovePoints(Command):
         item = model.lattice(self.item)
         at = where(item, self.points)
         net = item.current.control_points.copy()
-        net[at] = numbers(self.positions, (len(self.points), 3), "positions")
+        wanted = numbers(self.positions, (len(self.points), 3), "positions")
+        net[at] = slid(item.rest, at, wanted, planes_in(model))
         return model.with_(replace(item, current=item.current.moved(net)))
 
     def label(self, model: Model) -> str:
@@ -87,7 +89,7 @@ class ResetPoints(Command):
 
 @dataclass(frozen=True)
 class FreezeLayers(Command):
-    """Freeze the outermost layers of points on every face; they go back to rest."""
+    """Freeze the outermost layers of points on every face that is not open; they go to rest."""
 
     verb: ClassVar[str] = "freeze layers"
     item: str
@@ -95,7 +97,7 @@ class FreezeLayers(Command):
 
     def apply(self, model: Model) -> Model:
         item = model.lattice(self.item)
-        current = reset(item, frozen_mask(item.rest.shape, self.layers))
+        current = reset(item, frozen_mask(item.rest.shape, self.layers, item.open_faces))
         return model.with_(replace(item, frozen=self.layers, current=current))
 
     def label(self, model: Model) -> str:
@@ -152,7 +154,7 @@ class RemoveKnots(Command):
         current = rest
         if item.deformed:
             current = item.current.remove_knots(self.axis, self.knots, self.tolerance)
-        frozen_mask(rest.shape, item.frozen)
+        frozen_mask(rest.shape, item.frozen, item.open_faces)
         # a saved shape is kept as well as it can be
         shapes = {
             name: shape.remove_knots(self.axis, self.knots, np.inf)

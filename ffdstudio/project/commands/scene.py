@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, ClassVar
 
 from ffdstudio.engine import Lattice
 from ffdstudio.errors import InputError
+from ffdstudio.exchange.morphed import BOXES
 from ffdstudio.project.commands.base import Command, Numbers, Points
 from ffdstudio.project.model import Body, Index, LatticeItem, Model, frozen_mask
 
@@ -28,6 +29,7 @@ class OpenMesh(Command):
     visible: bool = True
     colour: str | None = None
     hidden_markers: tuple[str, ...] = ()
+    boxes: str = "update"
     mesh: Mesh | None = field(default=None, compare=False, repr=False)
     packed: dict[str, bytes] | None = field(default=None, compare=False, repr=False)
 
@@ -45,6 +47,7 @@ class OpenMesh(Command):
                 visible=self.visible,
                 colour=self.colour,
                 hidden_markers=frozenset(self.hidden_markers),
+                boxes=_checked(self.boxes),
             )
         )
 
@@ -65,18 +68,20 @@ class CreateBox(Command):
     axes: Points | None = None
     spacing: str = "greville"
     frozen: int = 0
+    open_faces: tuple[Index, ...] = ()
 
     @property
     def lattice(self) -> Lattice:
         """The box at rest."""
         box = Lattice.box(self.lower, self.upper, self.shape, self.degrees, self.axes, self.spacing)
-        frozen_mask(box.shape, self.frozen)
+        frozen_mask(box.shape, self.frozen, self.open_faces)
         return box
 
     def apply(self, model: Model) -> Model:
         box = self.lattice
         key, name = model.new_key("lattice"), model.free_name(self.name)
-        return model.plus(LatticeItem(key, name, box, box, self.frozen))
+        faces = self.open_faces
+        return model.plus(LatticeItem(key, name, box, box, self.frozen, open_faces=faces))
 
     def label(self, model: Model) -> str:
         return f"Create {self.name} " + "×".join(str(n) for n in self.shape)
@@ -97,7 +102,9 @@ class Refit(Command):
         if item.shapes:
             raise InputError(f"{item.name} has saved shapes, which another box would not fit")
         box = self.box.lattice
-        return model.with_(replace(item, rest=box, current=box, frozen=self.box.frozen))
+        frozen, faces = self.box.frozen, self.box.open_faces
+        new = replace(item, rest=box, current=box, frozen=frozen, open_faces=faces)
+        return model.with_(new)
 
     def label(self, model: Model) -> str:
         return f"Fit {model.lattice(self.item).name} anew"
@@ -115,9 +122,10 @@ class AddLattice(Command):
     visible: bool = True
     enabled: bool = True
     shapes: tuple[tuple[str, Lattice], ...] = ()
+    open_faces: tuple[Index, ...] = ()
 
     def apply(self, model: Model) -> Model:
-        frozen_mask(self.rest.shape, self.frozen)
+        frozen_mask(self.rest.shape, self.frozen, self.open_faces)
         for lattice in (self.current, *dict(self.shapes).values()):
             if not lattice.same_space(self.rest) or lattice.shape != self.rest.shape:
                 raise InputError(f"the states of lattice {self.name} have different knots")
@@ -125,7 +133,8 @@ class AddLattice(Command):
         same = self.current == self.rest  # one object, so that undeformed is seen at once
         current = self.rest if same else self.current
         states = (self.rest, current, self.frozen, self.visible, self.enabled)
-        return model.plus(LatticeItem(key, name, *states, shapes=dict(self.shapes)))
+        shapes, faces = dict(self.shapes), self.open_faces
+        return model.plus(LatticeItem(key, name, *states, shapes=shapes, open_faces=faces))
 
     def label(self, model: Model) -> str:
         return f"Add {self.name}"
@@ -214,6 +223,21 @@ class ShowMarkers(Command):
 
 
 @dataclass(frozen=True)
+class TreatBoxes(Command):
+    """Choose what becomes of FFD boxes in a body's file on export: update, strip or keep."""
+
+    verb: ClassVar[str] = "treat boxes"
+    item: str
+    boxes: str
+
+    def apply(self, model: Model) -> Model:
+        return model.with_(replace(model.body(self.item), boxes=_checked(self.boxes)))
+
+    def label(self, model: Model) -> str:
+        return f"{self.boxes.capitalize()} FFD boxes of {model.body(self.item).name}"
+
+
+@dataclass(frozen=True)
 class Colour(Command):
     """Give a body a colour, ``#rrggbb``, or None for the theme's choice."""
 
@@ -256,3 +280,9 @@ class Enable(Command):
 
     def label(self, model: Model) -> str:
         return f"Switch {model.lattice(self.item).name} {'on' if self.enabled else 'off'}"
+
+
+def _checked(boxes: str) -> str:
+    if boxes not in BOXES:
+        raise InputError(f"FFD boxes can be {', '.join(BOXES)}, not {boxes}")
+    return boxes
