@@ -127,9 +127,11 @@ def follow(
     motions : sequence of (Lattice, Lattice)
         What moved them, in order: lattices at rest and deformed.
     """
-    section = su2text.parse(data, "the mesh", mesh.dimension)
     motions = [(rest, current) for rest, current in motions if rest != current]
-    if not motions or not section.boxes:
+    if not motions:  # then it need not even be readable
+        return data
+    section = su2text.parse(data, "the mesh", mesh.dimension)
+    if not section.boxes:
         return data
     rest, current = motions[0]
     for number, box in enumerate(section.boxes):
@@ -164,6 +166,12 @@ def _carried_along(
     lattice = old.moved(moved.reshape(old.control_points.shape))
     new = new_box(lattice, box.tag, box)
     marked = {line.split()[0].decode("utf-8", "replace") for line in box.surface}
+    unknown = sorted(marked - mesh.markers.keys())  # zones have their own names and numbers
+    if unknown:
+        raise InputError(
+            f"FFD box {box.tag} embeds nodes of {unknown[0]}, which is no marker of the whole mesh, "
+            "and cannot follow: strip the boxes or keep them"
+        )
     new.surface = _embedded(
         lattice, mesh, points, [name for name in mesh.markers if name in marked]
     )

@@ -138,11 +138,11 @@ class _Reader:
             raise InputError(f"{self.name}: {key}= {count} is out of range")
         return count
 
-    def numbers(self, key: str) -> int | None:
+    def optional(self, key: str) -> bytes | None:
         """Value of a key that may be missing."""
         before = self.position
         try:
-            return self.number(key)
+            return self.value(key)
         except InputError:
             self.position = before
             return None
@@ -164,9 +164,9 @@ def _box(reader: _Reader, dimension: int) -> Box:
     level = reader.number("FFD_LEVEL")
     counts = [reader.number(f"FFD_DEGREE_{d}") + 1 for d in "IJK"[:dimension]]
     if dimension == 2:
-        reader.numbers("FFD_DEGREE_K")
+        reader.optional("FFD_DEGREE_K")
         counts.append(2)
-    blending = reader.value("FFD_BLENDING")
+    blending = reader.optional("FFD_BLENDING") or b"BEZIER"  # what SU2 takes without it
     if blending not in (b"BEZIER", b"BSPLINE_UNIFORM"):
         raise InputError(f"{reader.name}: FFD_BLENDING= {shown(blending)} is not known")
     orders = _orders(reader, dimension) if blending == b"BSPLINE_UNIFORM" else None
@@ -182,7 +182,7 @@ def _box(reader: _Reader, dimension: int) -> Box:
 def _orders(reader: _Reader, dimension: int) -> tuple[int, ...]:
     orders = tuple(reader.number(f"BSPLINE_ORDER_{d}") for d in "IJK"[:dimension])
     if dimension == 2:
-        reader.numbers("BSPLINE_ORDER_K")
+        reader.optional("BSPLINE_ORDER_K")
     return orders
 
 
