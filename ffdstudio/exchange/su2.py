@@ -169,8 +169,8 @@ def _carried_along(
     unknown = sorted(marked - mesh.markers.keys())  # zones have their own names and numbers
     if unknown:
         raise InputError(
-            f"FFD box {box.tag} embeds nodes of {unknown[0]}, which is no marker of the whole mesh, "
-            "and cannot follow: strip the boxes or keep them"
+            f"FFD box {box.tag} embeds nodes of {unknown[0]}, which is no marker of the whole "
+            "mesh, and cannot follow: strip the boxes or keep them"
         )
     new.surface = _embedded(
         lattice, mesh, points, [name for name in mesh.markers if name in marked]
