@@ -8,8 +8,6 @@
 
 from __future__ import annotations
 
-import warnings
-from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
 
@@ -17,11 +15,12 @@ import numpy as np
 
 from ffdstudio.files import write_bytes
 from ffdstudio.meshes.formats import Progress
+from ffdstudio.meshes.formats.normals import WithNormals
 from ffdstudio.meshes.formats.patch import TextTemplate, shortest
 from ffdstudio.meshes.formats.source import Source
 from ffdstudio.meshes.formats.table import line_firsts, pick_numbers, split_tokens
-from ffdstudio.meshes.mesh import Markers, Mesh, MeshWarning
-from ffdstudio.meshes.topology import Array, Cells, Indices
+from ffdstudio.meshes.mesh import Markers, Mesh
+from ffdstudio.meshes.topology import Cells, Indices
 
 
 class Lines(NamedTuple):
@@ -50,23 +49,6 @@ class Lines(NamedTuple):
         return np.flatnonzero(fits)
 
 
-@dataclass(frozen=True, eq=False)
-class ObjTemplate(TextTemplate):
-    """OBJ file; remembers whether it has vertex normals."""
-
-    has_normals: bool = False
-
-    def write(self, path: Path, points: Array) -> None:
-        """Write the patched file; warn of normals that no longer fit."""
-        super().write(path, points)
-        if self.has_normals and not np.array_equal(points, self.original):
-            warnings.warn(
-                f"{path.name}: the vertex normals (vn) of the file are kept as they were",
-                MeshWarning,
-                stacklevel=3,
-            )
-
-
 def read(path: Path, data: bytes, progress: Progress) -> Mesh:
     """Read an OBJ file; see `read_mesh`."""
     source = Source(path, data)
@@ -81,7 +63,8 @@ def read(path: Path, data: bytes, progress: Progress) -> Mesh:
         raise source.failure("there is no vertex (v) in this file")
     points = pick_numbers(source, starts.ravel(), ends.ravel()).reshape(-1, 3)
     cells, order = _elements(lines, vertices)
-    template = ObjTemplate(data, points, starts, ends, has_normals=len(lines.beginning(b"vn")) > 0)
+    plain = TextTemplate(data, points, starts, ends)
+    template = WithNormals(plain, "vertex normals (vn)") if len(lines.beginning(b"vn")) else plain
     return Mesh(points, cells, _groups(lines, cells, order), template=template)
 
 
