@@ -180,6 +180,7 @@ def test_after_a_morph_another_reader_finds_the_intended_coordinates(case, tmp_p
 @pytest.mark.parametrize(
     "case", [row for row in TABLE if row.single], ids=lambda row: row.file, indirect=True
 )
+@pytest.mark.filterwarnings("ignore:.*normals")
 def test_a_file_of_single_precision_says_that_it_rounds(case, tmp_path):
     _, path, mesh = case
     with pytest.warns(MeshWarning, match="single precision"):
