@@ -39,16 +39,16 @@ def recognises(data: bytes) -> bool:
 
 def tags(data: bytes, name: str) -> list[str]:
     """Tags of the boxes in a mesh, without reading the mesh."""
-    return [box.tag for box in su2text.parse(data, name).boxes]
+    return [box.tag for box in su2text.all_boxes(data, name)]
 
 
 def read(data: bytes, name: str, block: int | str | None = None) -> LatticeFile:
     """Read one box of a mesh, by tag or index."""
-    section = su2text.parse(data, name)
-    if not section.boxes:
+    boxes = su2text.all_boxes(data, name)
+    if not boxes:
         raise InputError(f"{name}: this mesh has no FFD box")
-    names = tuple(box.tag for box in section.boxes)
-    box = section.boxes[chosen(names, block, name, "FFD box")]
+    names = tuple(box.tag for box in boxes)
+    box = boxes[chosen(names, block, name, "FFD box")]
     with naming(f"{name}: FFD box {box.tag}"):
         lattice = lattice_of(box)
     return LatticeFile(lattice, lattice, exactness=_note(box), format="su2", blocks=names)
@@ -92,6 +92,10 @@ def with_box(
     name: str = "the mesh",
 ) -> bytes:
     """Return the mesh file with a box added, or the one of that tag replaced."""
+    if su2text.has_zones(data):
+        raise InputError(
+            f"{name}: a box cannot be put into a mesh of several zones, each with its own numbers"
+        )
     section = su2text.parse(data, name)
     if lattice.dimension != section.dimension:
         raise InputError(

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from ffdstudio import InputError, Lattice, read_lattice, read_mesh
+from ffdstudio import InputError, Lattice, read_lattice, read_mesh, write_lattice
 from ffdstudio.exchange import su2
 from ffdstudio.exchange.morphed import write_morphed
 from tests.exchange.test_su2_boxes import BOX, SQUARE
@@ -50,3 +50,12 @@ def test_an_embedding_by_numbers_of_one_zone_is_refused_to_follow(tmp_path):
     current = rest.moved(rest.control_points + [0.0, 0.25, 0.0])
     with pytest.raises(InputError, match="FFD box A embeds nodes of wall, which is no marker"):
         write_morphed(mesh, tmp_path / "out.su2", mesh.points, [(rest, current)])
+
+
+def test_boxes_of_every_zone_are_read_and_none_is_put_into_one(tmp_path):
+    path = tmp_path / "m.su2"
+    path.write_text(TWO_ZONES.replace("2.0\t2.0", "2.0\t2.5"))
+    assert su2.tags(path.read_bytes(), "m") == ["A", "B"]
+    assert read_lattice(path, "B")[0].control_points[..., 1].max() == 2.5
+    with pytest.raises(InputError, match="cannot be put into a mesh of several zones"):
+        write_lattice(path, Lattice.box([0, 0], [1, 1], shape=(3, 3)))

@@ -8,6 +8,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import NamedTuple
 
@@ -22,6 +23,8 @@ from ffdstudio.meshes.formats.table import line_firsts, pick_numbers, split_toke
 from ffdstudio.meshes.mesh import Markers, Mesh
 from ffdstudio.meshes.topology import Cells, Indices
 
+_COMMENT = re.compile(rb"(?<!\S)#[^\n]*")
+
 
 class Lines(NamedTuple):
     """Words of a file: begin and end of each, the first one of each line, words in each line."""
@@ -34,9 +37,12 @@ class Lines(NamedTuple):
 
     @classmethod
     def of(cls, source: Source) -> Lines:
-        """Split a file into lines and words."""
-        starts, ends = split_tokens(source.data)
-        first = line_firsts(source.data, starts)
+        """Split a file into lines and words, comments left out."""
+        text = source.data
+        if b"#" in text:
+            text = _COMMENT.sub(lambda match: b" " * len(match[0]), text)
+        starts, ends = split_tokens(text)
+        first = line_firsts(text, starts)
         return cls(source, starts, ends, first, np.diff(np.append(first, len(starts))))
 
     def beginning(self, word: bytes) -> Indices:

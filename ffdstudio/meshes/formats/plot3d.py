@@ -72,7 +72,10 @@ def _fits(shapes: Indices, most: int) -> bool:
 
 
 def _text(source: Source) -> Mesh:
-    starts, ends = split_tokens(source.data)
+    repeat = source.data.find(b"*")
+    if repeat >= 0:
+        raise source.error(repeat, "repeated numbers (4*0.0) are not supported: write them out")
+    starts, ends = split_tokens(source.data, b",")
     if not len(starts):
         raise source.failure("the file is empty")
     words = [source.data[starts[k] : ends[k]] for k in range(min(len(starts), 1 + 3 * MOST_BLOCKS))]
