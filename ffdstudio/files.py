@@ -44,7 +44,7 @@ def read_bytes(path: str | os.PathLike[str]) -> bytes:
     try:
         mode = Path(path).stat().st_mode
         if not stat.S_ISREG(mode) and not stat.S_ISDIR(mode):
-            raise InputError(f"cannot read {os.fspath(path)!r}: it is neither a file nor a folder")
+            raise OSError("it is neither a file nor a folder")
         return Path(path).read_bytes()
     except (OSError, ValueError) as error:
         raise InputError(f"cannot read {os.fspath(path)!r}: {_cause(error)}") from error
