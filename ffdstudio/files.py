@@ -3,7 +3,9 @@
 1. A file is written under a temporary name in its own folder and renamed: whoever looks
    sees the old file or the new one, never half of one.
 2. The data is flushed to the disk before the rename, the folder after it (fsync).
-3. Every failure becomes an `InputError` that names the file, and leaves no litter.
+3. Every failure becomes an `InputError` that names the file, and leaves no litter. What a
+   killed process left is removed when the same file is written again: temporary names tell
+   the machine and process they belong to.
 4. A symbolic link stays one, its target is replaced. A device or a pipe (/dev/stdout)
    cannot be replaced, so it is written straight away. A file that its owner has made
    read-only is refused, though a rename would get past it.
@@ -16,11 +18,18 @@ from __future__ import annotations
 import contextlib
 import errno
 import os
+import platform
+import re
 import secrets
+import stat
+import time
+import zlib
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 from ffdstudio.errors import InputError
+
+STALE = 3600.0  # seconds after which nobody writes on
 
 
 def read_bytes(path: str | os.PathLike[str]) -> bytes:
@@ -29,9 +38,13 @@ def read_bytes(path: str | os.PathLike[str]) -> bytes:
     Raises
     ------
     InputError
-        If the file cannot be read; the message names it and the cause.
+        If the file cannot be read, or is a pipe or device, which may never end; the message
+        names it and the cause.
     """
     try:
+        mode = Path(path).stat().st_mode
+        if not stat.S_ISREG(mode) and not stat.S_ISDIR(mode):
+            raise OSError("it is neither a file nor a folder")
         return Path(path).read_bytes()
     except (OSError, ValueError) as error:
         raise InputError(f"cannot read {os.fspath(path)!r}: {_cause(error)}") from error
@@ -91,7 +104,10 @@ def write_together(files: Iterable[tuple[str | os.PathLike[str], bytes]]) -> Non
 def _stage(target: Path, data: bytes, staged: list[tuple[Path, Path]]) -> None:
     """Write the data beside its target, under a temporary name that `staged` remembers."""
     mode = _mode_to_keep(target)
-    temporary = target.with_name(f".{target.name[:40]}.{secrets.token_hex(4)}")
+    with contextlib.suppress(OSError, ValueError):
+        _remove_litter(target)
+    owner = f"{_machine()}.{os.getpid()}"
+    temporary = target.with_name(f".{target.name[:40]}.{owner}.{secrets.token_hex(4)}")
     with temporary.open("xb") as stream:
         staged.append((temporary, target))
         stream.write(data)
@@ -99,6 +115,35 @@ def _stage(target: Path, data: bytes, staged: list[tuple[Path, Path]]) -> None:
         os.fsync(stream.fileno())
     if mode is not None:
         temporary.chmod(mode)
+
+
+def _remove_litter(target: Path) -> None:
+    """Remove temporary files of a target whose process is no more."""
+    ours = re.compile(rf"\.{re.escape(target.name[:40])}\.([0-9a-f]{{8}})\.(\d+)\.[0-9a-f]{{8}}")
+    with os.scandir(target.parent) as entries:
+        found = [(entry, match) for entry in entries if (match := ours.fullmatch(entry.name))]
+    for entry, match in found:
+        with contextlib.suppress(OSError):
+            is_dead = match[1] == _machine() and not _is_alive(int(match[2]))
+            if is_dead or time.time() - entry.stat().st_mtime > STALE:
+                Path(entry.path).unlink()
+
+
+def _machine() -> str:
+    """Mark of this machine: numbers of processes mean nothing on another one."""
+    return f"{zlib.crc32(platform.node().encode()):08x}"
+
+
+def _is_alive(process: int) -> bool:
+    if os.name == "nt":  # where asking would end it
+        return True
+    try:
+        os.kill(process, 0)
+    except (ProcessLookupError, OverflowError):
+        return False
+    except OSError:  # of another user
+        return True
+    return True
 
 
 def _put(staged: list[tuple[Path, Path]]) -> None:

@@ -2,7 +2,9 @@
 
 import io
 import os
+import re
 import resource
+import signal
 import stat
 import subprocess
 import sys
@@ -131,6 +133,42 @@ def test_a_real_full_disk_leaves_the_old_file(target):
     assert done.stdout.endswith("no space left on device\nmesh.su2\nold content\n")
 
 
+def test_what_a_killed_process_left_goes_with_the_next_write_of_the_same_file(target):
+    def leave(path):
+        done = run_writer(
+            path, script="import os, signal\nos.fsync = lambda _: os.kill(os.getpid(), 9)\n"
+        )
+        assert done.returncode == -signal.SIGKILL
+
+    def hidden():
+        return sorted(path.name for path in target.parent.iterdir() if path.name[0] == ".")
+
+    leave(target), leave(target.with_name("other"))
+    assert len(hidden()) == 2
+    foreign = target.with_name(".mesh.su2.00000000.99999999.0123abcd")
+    old = target.with_name(f".mesh.su2.00000000.{os.getpid()}.0123abcd")
+    alive = next(name for name in hidden() if "other" in name).replace("other", "mesh.su2")
+    alive = target.with_name(re.sub(r"\d+(?=\.\w+$)", str(os.getpid()), alive))
+    for path in (foreign, old, alive):
+        path.write_bytes(b"")
+    os.utime(old, (0, 0))
+    write_bytes(target, NEW)
+    kept = [name for name in hidden() if "other" not in name]
+    assert kept == sorted([foreign.name, alive.name])
+    assert target.read_bytes() == NEW
+
+
+@pytest.mark.parametrize("kind", ["pipe", "device"])
+def test_what_may_never_end_is_not_read(tmp_path, kind):
+    path = Path("/dev/zero")
+    if kind == "pipe":
+        path = tmp_path / "pipe.su2"
+        os.mkfifo(path)
+    with pytest.raises(InputError) as caught:
+        read_bytes(path)
+    assert str(caught.value) == f"cannot read {str(path)!r}: it is neither a file nor a folder"
+
+
 WRITER = """
 import sys
 from ffdstudio import InputError
@@ -142,9 +180,9 @@ except InputError as error:
 """
 
 
-def run_writer(path, **options):
+def run_writer(path, script="", **options):
     return subprocess.run(
-        [sys.executable, "-c", WRITER, path], capture_output=True, text=True, **options
+        [sys.executable, "-c", script + WRITER, path], capture_output=True, text=True, **options
     )
 
 

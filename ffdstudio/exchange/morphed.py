@@ -12,7 +12,7 @@ from ffdstudio.engine import Lattice
 from ffdstudio.engine.knots import Array
 from ffdstudio.exchange import su2
 from ffdstudio.meshes import Mesh, write_mesh
-from ffdstudio.meshes.formats.su2 import ffd_section, replace_ffd_section
+from ffdstudio.meshes.formats.su2 import ffd_sections, replace_ffd_sections
 
 BOXES = ("update", "strip", "keep")
 
@@ -44,10 +44,11 @@ def write_morphed(
     InputError
         If the file cannot be written or the points do not fit its format.
     """
-    section = ffd_section(mesh)
-    if section is not None and boxes != "keep":
-        new = None if boxes == "strip" else su2.follow(section, mesh, points, motions)
-        mesh = replace_ffd_section(mesh, new)
+    sections = ffd_sections(mesh)
+    if sections and boxes != "keep":
+        follow = [] if boxes == "strip" else sections
+        new = [su2.follow(section, mesh, points, motions) for section in follow]
+        mesh = replace_ffd_sections(mesh, new)
     write_mesh(mesh, path, points)
 
 

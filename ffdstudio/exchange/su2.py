@@ -39,16 +39,16 @@ def recognises(data: bytes) -> bool:
 
 def tags(data: bytes, name: str) -> list[str]:
     """Tags of the boxes in a mesh, without reading the mesh."""
-    return [box.tag for box in su2text.parse(data, name).boxes]
+    return [box.tag for box in su2text.all_boxes(data, name)]
 
 
 def read(data: bytes, name: str, block: int | str | None = None) -> LatticeFile:
     """Read one box of a mesh, by tag or index."""
-    section = su2text.parse(data, name)
-    if not section.boxes:
+    boxes = su2text.all_boxes(data, name)
+    if not boxes:
         raise InputError(f"{name}: this mesh has no FFD box")
-    names = tuple(box.tag for box in section.boxes)
-    box = section.boxes[chosen(names, block, name, "FFD box")]
+    names = tuple(box.tag for box in boxes)
+    box = boxes[chosen(names, block, name, "FFD box")]
     with naming(f"{name}: FFD box {box.tag}"):
         lattice = lattice_of(box)
     return LatticeFile(lattice, lattice, exactness=_note(box), format="su2", blocks=names)
@@ -92,6 +92,10 @@ def with_box(
     name: str = "the mesh",
 ) -> bytes:
     """Return the mesh file with a box added, or the one of that tag replaced."""
+    if su2text.has_zones(data):
+        raise InputError(
+            f"{name}: a box cannot be put into a mesh of several zones, each with its own numbers"
+        )
     section = su2text.parse(data, name)
     if lattice.dimension != section.dimension:
         raise InputError(
@@ -127,9 +131,11 @@ def follow(
     motions : sequence of (Lattice, Lattice)
         What moved them, in order: lattices at rest and deformed.
     """
-    section = su2text.parse(data, "the mesh", mesh.dimension)
     motions = [(rest, current) for rest, current in motions if rest != current]
-    if not motions or not section.boxes:
+    if not motions:  # then it need not even be readable
+        return data
+    section = su2text.parse(data, "the mesh", mesh.dimension)
+    if not section.boxes:
         return data
     rest, current = motions[0]
     for number, box in enumerate(section.boxes):
@@ -164,6 +170,12 @@ def _carried_along(
     lattice = old.moved(moved.reshape(old.control_points.shape))
     new = new_box(lattice, box.tag, box)
     marked = {line.split()[0].decode("utf-8", "replace") for line in box.surface}
+    unknown = sorted(marked - mesh.markers.keys())  # zones have their own names and numbers
+    if unknown:
+        raise InputError(
+            f"FFD box {box.tag} embeds nodes of {unknown[0]}, which is no marker of the whole "
+            "mesh, and cannot follow: strip the boxes or keep them"
+        )
     new.surface = _embedded(
         lattice, mesh, points, [name for name in mesh.markers if name in marked]
     )

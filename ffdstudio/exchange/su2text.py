@@ -10,6 +10,7 @@
 
 from __future__ import annotations
 
+import itertools
 import re
 from dataclasses import dataclass, field
 
@@ -50,22 +51,39 @@ class Section:
 
 
 def parse(data: bytes, name: str, dimension: int | None = None) -> Section:
-    """Parse the FFD section; without one `boxes` is empty and its place the end of the file.
+    """Parse the first FFD section; without one `boxes` is empty and its place the end of the file.
 
     The dimension of the mesh is read from the file unless it is given.
     """
     dimension = dimension or _dimension(data, name)
-    begin = re.search(rb"^[ \t]*FFD_NBOX[ \t]*=", data, re.MULTILINE)
-    if begin is None:
-        return Section([], len(data), len(data), 1, dimension)
-    reader = _Reader(data, begin.start(), name)
-    count = reader.number("FFD_NBOX")
-    levels = reader.number("FFD_NLEVEL")
-    boxes = [_box(reader, dimension) for _ in range(count)]
-    tags = [box.tag for box in boxes]
-    if len(set(tags)) < len(tags):
-        raise InputError(f"{name}: two FFD boxes have the same tag")
-    return Section(boxes, begin.start(), reader.position, levels, dimension)
+    found = _sections(data, name, dimension, 1)
+    return found[0] if found else Section([], len(data), len(data), 1, dimension)
+
+
+def all_boxes(data: bytes, name: str) -> list[Box]:
+    """Return the boxes of all zones of a mesh, each of which may have a section."""
+    found = _sections(data, name, _dimension(data, name))
+    return [box for section in found for box in section.boxes]
+
+
+def has_zones(data: bytes) -> bool:
+    """Whether there are several zones in a mesh."""
+    return len(re.findall(rb"^[ \t]*NDIME[ \t]*=", data, re.MULTILINE)) > 1
+
+
+def _sections(data: bytes, name: str, dimension: int, most: int | None = None) -> list[Section]:
+    begins = re.finditer(rb"^[ \t]*FFD_NBOX[ \t]*=", data, re.MULTILINE)
+    found = []
+    for begin in itertools.islice(begins, most):
+        reader = _Reader(data, begin.start(), name)
+        count = reader.number("FFD_NBOX")
+        levels = reader.number("FFD_NLEVEL")
+        boxes = [_box(reader, dimension) for _ in range(count)]
+        tags = [box.tag for box in boxes]
+        if len(set(tags)) < len(tags):
+            raise InputError(f"{name}: two FFD boxes have the same tag")
+        found.append(Section(boxes, begin.start(), reader.position, levels, dimension))
+    return found
 
 
 def compose(section: Section) -> bytes:
@@ -138,11 +156,11 @@ class _Reader:
             raise InputError(f"{self.name}: {key}= {count} is out of range")
         return count
 
-    def numbers(self, key: str) -> int | None:
+    def optional(self, key: str) -> bytes | None:
         """Value of a key that may be missing."""
         before = self.position
         try:
-            return self.number(key)
+            return self.value(key)
         except InputError:
             self.position = before
             return None
@@ -164,9 +182,9 @@ def _box(reader: _Reader, dimension: int) -> Box:
     level = reader.number("FFD_LEVEL")
     counts = [reader.number(f"FFD_DEGREE_{d}") + 1 for d in "IJK"[:dimension]]
     if dimension == 2:
-        reader.numbers("FFD_DEGREE_K")
+        reader.optional("FFD_DEGREE_K")
         counts.append(2)
-    blending = reader.value("FFD_BLENDING")
+    blending = reader.optional("FFD_BLENDING") or b"BEZIER"  # what SU2 takes without it
     if blending not in (b"BEZIER", b"BSPLINE_UNIFORM"):
         raise InputError(f"{reader.name}: FFD_BLENDING= {shown(blending)} is not known")
     orders = _orders(reader, dimension) if blending == b"BSPLINE_UNIFORM" else None
@@ -182,7 +200,7 @@ def _box(reader: _Reader, dimension: int) -> Box:
 def _orders(reader: _Reader, dimension: int) -> tuple[int, ...]:
     orders = tuple(reader.number(f"BSPLINE_ORDER_{d}") for d in "IJK"[:dimension])
     if dimension == 2:
-        reader.numbers("BSPLINE_ORDER_K")
+        reader.optional("BSPLINE_ORDER_K")
     return orders
 
 

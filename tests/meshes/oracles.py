@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import io
+import itertools
 import re
 from pathlib import Path
 
@@ -150,3 +151,27 @@ def exodus_with_netcdf(path: Path) -> np.ndarray:
 
     with netCDF4.Dataset(path) as file:
         return np.stack([np.asarray(file[f"coord{axis}"][:]) for axis in "xyz"], axis=1)
+
+
+def nastran_large(path: Path) -> np.ndarray:
+    """Coordinates of a deck of GRID* alone, by the columns of its lines."""
+    lines = [line for line in path.read_text().splitlines() if not line.startswith("$")]
+    found = []
+    for line, second in itertools.pairwise(lines):
+        if line.startswith("GRID*"):
+            words = [line[40:56], line[56:72], second[8:24]]
+            found.append([float(re.sub(r"(?<=[\d.])([+-])", r"e\1", word)) for word in words])
+    return np.array(found)
+
+
+def abaqus_nodes(path: Path) -> np.ndarray:
+    """Coordinates of the only block of nodes, blanks as zeros."""
+    block = path.read_text().split("*")[1].splitlines()[1:]
+    return np.array([[float(word.strip() or 0) for word in row.split(",")[1:4]] for row in block])
+
+
+def su2_zones(path: Path) -> np.ndarray:
+    """Nodes of all zones, three coordinates a line."""
+    parts = path.read_text().split("NPOIN= ")[1:]
+    rows = [row for part in parts for row in part.splitlines()[1 : 1 + int(part.split()[0])]]
+    return np.array([[float(word) for word in row.split()[:3]] for row in rows])

@@ -7,6 +7,9 @@ from pathlib import Path
 
 import numpy as np
 
+from tests.meshes.decks import abaqus_with_blanks, nastran_with_comments, su2_with_boxes
+from tests.meshes.gmsh_specimens import gmsh_box
+
 GRID = (4, 3, 3)
 
 
@@ -84,28 +87,6 @@ OBJ = "o block\n{}\ng low\nf 1/1 2/2 6/3 5/4\ng high\nf -1 -2 -6\nl 1 2\n"
 def obj(path: Path) -> None:
     rows = [f"v {x:.6f} {y!r}  {z} # {k}" for k, (x, y, z) in enumerate(grid_points().tolist())]
     path.write_text(OBJ.format("\n".join(rows)))
-
-
-def gmsh_box(path: Path, version: float, binary: bool, parametric: bool = False) -> None:
-    """Cylinder with named boundaries, meshed and written by Gmsh itself."""
-    import gmsh
-
-    gmsh.initialize(interruptible=False)
-    try:
-        gmsh.option.setNumber("General.Terminal", 0)
-        gmsh.model.occ.addCylinder(0, 0, 0, 0, 0, 1, 1 / 3)
-        gmsh.model.occ.synchronize()
-        gmsh.model.addPhysicalGroup(2, [1, 2], name="wall")
-        gmsh.model.addPhysicalGroup(3, [1], name="fluid")
-        gmsh.option.setNumber("Mesh.MeshSizeMax", 0.3)
-        gmsh.option.setNumber("Mesh.MshFileVersion", version)
-        gmsh.option.setNumber("Mesh.Binary", binary)
-        gmsh.option.setNumber("Mesh.SaveParametric", parametric)
-        gmsh.model.mesh.generate(3)
-        gmsh.model.mesh.setOrder(2)
-        gmsh.write(str(path))
-    finally:
-        gmsh.finalize()
 
 
 def hexahedron_faces() -> tuple[list[list[int]], list[int], list[int]]:
@@ -322,4 +303,11 @@ SPECIMENS: dict[str, Callable[[Path], None]] = {
     "v41_parametric.msh": lambda path: gmsh_box(path, 4.1, False, True),
     "v41_binary.msh": lambda path: gmsh_box(path, 4.1, True),
     "v41_binary_parametric.msh": lambda path: gmsh_box(path, 4.1, True, True),
+    "v22_two_groups.msh": lambda path: gmsh_box(path, 2.2, False, groups=2),
+    "v22_two_groups_binary.msh": lambda path: gmsh_box(path, 2.2, True, groups=2),
+    "v41_partitioned.msh": lambda path: gmsh_box(path, 4.1, False, partitions=2),
+    "v41_partitioned_binary.msh": lambda path: gmsh_box(path, 4.1, True, partitions=2),
+    "comments.bdf": nastran_with_comments,
+    "blanks.inp": abaqus_with_blanks,
+    "zones_with_boxes.su2": su2_with_boxes,
 }

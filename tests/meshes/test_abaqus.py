@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from ffdstudio import InputError, read_mesh, write_mesh
+from ffdstudio.meshes import MeshWarning
 
 DECK = """\
 *HEADING
@@ -83,6 +84,9 @@ def test_elements_that_cannot_be_shown_are_named(deck):
         (" 20, 1.", " 20, nan", "line 8: a number is not finite"),
         (" 20, 1., 0., 0.", " 20, 1., 0.", "line 8: a node needs its number and 3"),
         ("10, 12, 2", "10, 12, 0", "GENERATE needs"),
+        (" 7, 10,\n 20, 30", " 7, 10,, 30", "line 11: an element with a node left blank"),
+        (" 20, 1., 0., 0.", " , 1., , 0.", "line 8: a node without a number"),
+        ("*NODE, NSET=all", "*NODE, INPUT=n.inp", "line 5: its nodes are in n.inp"),
         ("*PART, NAME=one", "*SYSTEM\n1., 0., 0.", "a local frame"),
     ],
 )
@@ -96,4 +100,59 @@ def test_damage_is_refused_with_place_and_cause(deck, old, new, cause):
 def test_a_deck_without_nodes_names_what_it_includes(deck):
     deck.write_text("*INCLUDE, INPUT=mesh.inp\n*STEP\n")
     with pytest.raises(InputError, match=r"it includes mesh\.inp: open that file"):
+        read_mesh(deck)
+
+
+def test_a_blank_coordinate_is_zero_and_takes_a_number(deck, tmp_path):
+    text = "*NODE\n1,0.,,0.\n2,1., ,\n3, 0.25,0.,1.\n*ELEMENT,TYPE=S3\n1,1,2,3\n"
+    deck.write_text(text)
+    mesh = read_mesh(deck)
+    assert mesh.points.tolist() == [[0, 0, 0], [1, 0, 0], [0.25, 0, 1]]
+    write_mesh(mesh, tmp_path / "b.inp", mesh.points + [0, 0.5, 0])
+    new = (
+        text.replace("0.,,", "0.,0.5,").replace("1., ,", "1.,0.5 ,").replace("0.25,0.", "0.25,0.5")
+    )
+    assert (tmp_path / "b.inp").read_text() == new
+    write_mesh(mesh, tmp_path / "b.inp", mesh.points + [0, 0, 0.5])
+    assert read_mesh(tmp_path / "b.inp").points[:, 2].tolist() == [0.5, 0.5, 1.5]
+
+
+ASSEMBLY = """\
+*ASSEMBLY, NAME=A
+*INSTANCE, NAME=I1, PART=one
+*END INSTANCE
+*INSTANCE, NAME=I2, PART=one
+0., 0., 5.
+*END INSTANCE
+*NSET, NSET=WALL, INSTANCE=i1
+10, 30
+*ELSET, ELSET=FACE, INSTANCE=I1
+7
+*NSET, NSET=FOREIGN
+I1.10
+*END ASSEMBLY
+"""
+
+
+@pytest.mark.filterwarnings("ignore:.*CONN3D2")
+def test_sets_of_an_assembly_belong_to_the_part_and_copies_of_it_are_named(deck):
+    deck.write_text(DECK + ASSEMBLY)
+    with pytest.warns(MeshWarning) as caught:
+        mesh = read_mesh(deck)
+    assert mesh.markers["one/WALL"]["vertex"].tolist() == [[0], [2]]
+    assert mesh.markers["one/FACE"]["triangle"].tolist() == [[0, 1, 2]]
+    said = " ".join(str(warning.message) for warning in caught)
+    assert "part one stands in several places" in said
+    assert "instance I2 is shown where its part is" in said
+    assert "set FOREIGN is kept but not shown" in said
+
+
+@pytest.mark.filterwarnings("ignore:.*CONN3D2")
+def test_an_included_file_with_nodes_is_refused_and_any_other_named(deck, tmp_path):
+    deck.write_text(DECK + "*INCLUDE, INPUT=more.inp\n")
+    (tmp_path / "more.inp").write_text("*MATERIAL\n")
+    with pytest.warns(UserWarning, match=r"what it includes is not read: more\.inp"):
+        read_mesh(deck)
+    (tmp_path / "more.inp").write_text("*NODE\n1, 0., 0., 0.\n")
+    with pytest.raises(InputError, match=r"the nodes in more\.inp, which it includes, would not"):
         read_mesh(deck)

@@ -4,11 +4,17 @@ from __future__ import annotations
 
 import sys
 
+import h5py
+import netCDF4
 import numpy as np
 import pytest
 
 from ffdstudio import InputError, read_mesh
+from ffdstudio.meshes import MeshWarning
+from ffdstudio.meshes.formats.cgns_boundaries import patch
 from ffdstudio.meshes.formats.exodus import SIDES
+from ffdstudio.meshes.formats.source import Source
+from ffdstudio.meshes.formats.tree import Node
 from ffdstudio.meshes.topology import FACES
 from tests.meshes.specimens import SPECIMENS
 
@@ -39,6 +45,104 @@ def test_cells_of_a_real_mixed_mesh_fill_its_boundary(shared):
     for cells in mesh.markers.values():
         for nodes in cells.values():
             assert {tuple(sorted(row)) for row in nodes.tolist()} <= key
+
+
+def edited(folder, **children):
+    """A CGNS file whose boundary condition has other children and whose base has a family."""
+    path = made(folder, "plain.cgns")
+
+    def node(parent, name, label, data=None):
+        group = parent.create_group(name)
+        group.attrs["label"], group.attrs["name"] = np.bytes_(label), np.bytes_(name)
+        if data is not None:
+            values = np.frombuffer(data, np.int8) if isinstance(data, bytes) else np.array(data)
+            group.create_dataset(" data", data=values)
+        return group
+
+    with h5py.File(path, "a") as file:
+        condition = file["Base/Zone/ZoneBC/hull"]
+        for name in list(condition):
+            del condition[name]
+        for name, data in children.items():
+            node(condition, name, "FamilyName_t" if name == "FamilyName" else "any", data)
+        condition[" data"] = np.frombuffer(b"FamilySpecified", np.int8)
+        node(node(file["Base"], "Skin", "Family_t"), "Type", "FamilyBC_t", b"BCWallInviscid")
+    return path
+
+
+def test_a_boundary_of_vertices_gets_the_faces_between_them(tmp_path):
+    mesh = read_mesh(edited(tmp_path, PointRange=[[1], [12]], FamilyName=b"/Base/Skin"))
+    assert set(mesh.marker_nodes("hull").tolist()) == set(range(12))
+    assert mesh.marker_counts == {"hull": 6}
+    assert mesh.kinds == {"hull": "wall"}
+
+
+def test_a_boundary_of_vertices_without_faces_keeps_the_vertices(tmp_path):
+    mesh = read_mesh(edited(tmp_path, PointList=[[3], [1]], GridLocation=b"Vertex"))
+    assert mesh.markers["hull"]["vertex"].tolist() == [[0], [2]]
+    with pytest.raises(InputError, match="boundary hull refers to a node not in 1 to 36"):
+        read_mesh(edited(tmp_path, PointList=[[1], [37]]))
+
+
+def test_a_boundary_that_cannot_be_shown_is_named(tmp_path):
+    with pytest.warns(MeshWarning, match="kept but not shown: hull"):
+        read_mesh(edited(tmp_path, PointList=[[99]], GridLocation=b"FaceCenter"))
+
+
+def test_zones_of_the_same_name_in_two_bases_are_told_apart(tmp_path):
+    path = made(tmp_path, "plain.cgns")
+    with h5py.File(path, "a") as file:
+        file.copy("Base", "Other")
+        file["Other"].attrs["name"] = np.bytes_("Other")
+    mesh = read_mesh(path)
+    assert mesh.marker_counts == {
+        "Base/Zone": 12,
+        "Base/Zone/hull": 3,
+        "Other/Zone": 12,
+        "Other/Zone/hull": 3,
+    }
+    nodes = [mesh.marker_nodes(f"{base}/Zone") for base in ("Base", "Other")]
+    assert len(np.intersect1d(*nodes)) == 0
+
+
+def structured(**children):
+    def array(name, values):
+        return Node(name, "any", data=np.array(values))
+
+    text = {
+        name: np.frombuffer(data, "S1") for name, data in children.items() if type(data) is bytes
+    }
+    return Node("wall", "BC_t", children=[array(k, text.get(k, v)) for k, v in children.items()])
+
+
+@pytest.mark.parametrize(
+    ("children", "nodes"),
+    [
+        ({"PointRange": [2, 1, 1, 2, 3, 2]}, [1, 5, 9, 13, 17, 21]),
+        (
+            {"PointRange": [2, 1, 1, 2, 2, 1], "GridLocation": b"IFaceCenter"},
+            [1, 5, 9, 13, 17, 21],
+        ),
+        ({"PointList": [1, 1, 1, 4, 3, 2]}, [0, 23]),
+    ],
+)
+def test_a_patch_of_a_block_counts_vertices_or_faces_as_it_says(tmp_path, children, nodes):
+    source = Source(tmp_path / "a.cgns", b"")
+    cells = patch(source, structured(**children), (4, 3, 2))
+    assert np.unique(np.concatenate([found.ravel() for found in cells.values()])).tolist() == nodes
+
+
+def test_blocks_and_sets_of_the_same_name_are_all_kept(tmp_path):
+    path = made(tmp_path, "hdf5.exo")
+    with netCDF4.Dataset(path, "a") as file:
+        file.createDimension("two", 2)
+        for name, kind in (("elem_ss2", 3), ("side_ss2", 5)):
+            file.createVariable(name, "i4", ("two",))[:] = [kind, kind]
+        file.createDimension("num_node_sets", 1)
+        names = file.createVariable("ns_names", "S1", ("num_node_sets", "len_string"))
+        names[:] = netCDF4.stringtochar(np.array(["floor"], "S33"))
+    mesh = read_mesh(path)
+    assert mesh.marker_counts == {"floor": 2, "side set 2": 2, "floor (node set)": 3}
 
 
 def test_side_sets_and_node_sets_become_markers(tmp_path):

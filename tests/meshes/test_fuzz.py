@@ -22,7 +22,7 @@ from tests.meshes.specimens import SPECIMENS
 from tests.meshes.test_abaqus import DECK as ABAQUS
 from tests.meshes.test_airfoil import LEDNICER, SELIG
 from tests.meshes.test_nastran import DECK as NASTRAN
-from tests.meshes.test_openfoam import CASES, make
+from tests.meshes.test_openfoam import CASES, add_zones, make
 from tests.meshes.test_su2 import TRAPS, ZONES
 
 TEXTS = {
@@ -57,6 +57,8 @@ def seeds(tmp_path_factory) -> list[tuple[Path, Path]]:
     found = [(path, path) for path in sorted(folder.iterdir())]
     for name in ("ascii", "binary 32/64", "binary.gz"):
         case = make(folder / name.replace("/", "-"), **CASES[name])
+        if "gz" not in name:
+            add_zones(case, CASES[name].get("arch"))
         found += [(path, case) for path in sorted((case / "constant" / "polyMesh").iterdir())]
     return found
 

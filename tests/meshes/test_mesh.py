@@ -101,6 +101,7 @@ def test_what_is_no_mesh_is_refused(points, cells, cause):
 def test_files_are_recognised_by_suffix_and_content(tmp_path):
     expected = {".stl": "stl", ".obj": "obj", ".ply": "ply", ".vtk": "vtk", ".vtu": "vtu"}
     expected |= {".cgns": "cgns", ".exo": "exodus", ".ugrid": "ugrid", ".xyz": "plot3d"}
+    expected |= {".su2": "su2", ".bdf": "nastran", ".inp": "abaqus"}
     for name, write in SPECIMENS.items():
         write(tmp_path / name)
         row = recognise(tmp_path / name, (tmp_path / name).read_bytes()[:4096])

@@ -137,6 +137,10 @@ def test_included_files_follow_their_deck(tmp_path):
         ("CEND", "INCLUDE 'nowhere.bdf'", "cannot read .*nowhere.bdf"),
         ("CEND", "INCLUDE 'a.bdf'", "included already"),
         ("BEGIN BULK", "GRDSET,,3", "local frame 3"),
+        ("*A,-1.5", "*B,-1.5", "line 10: the next line is not the continuation of this card, .A"),
+        ("*A,-1.5\n", "", "line 10: the next line is not the continuation"),
+        (",10,1,2,5", ",10,1,2", "this element needs 3 nodes"),
+        ("CTRIA3", "=,*1,=,=\nCTRIA3", "line 13: cards repeated by '='"),
     ],
 )
 def test_damage_is_refused_with_place_and_cause(deck, old, new, cause):
@@ -144,3 +148,66 @@ def test_damage_is_refused_with_place_and_cause(deck, old, new, cause):
     deck.write_bytes(DECK.replace(old, new, 1).encode())
     with pytest.raises(InputError, match=cause):
         read_mesh(deck)
+
+
+def test_comments_and_empty_lines_may_stand_before_a_continuation(tmp_path):
+    large = DECK.replace("1.*\n", "1.*\n$--\n\n$ longer than a field\n")
+    hexa = "CHEXA          1       1       1       2       3       4       5       1+\n"
+    hexa += "$ c\n+              2       3\n"
+    large = large.replace("*                     0.", "*                    .25")
+    (tmp_path / "a.bdf").write_text(large.replace("ENDDATA", hexa + "ENDDATA"))
+    mesh = read_mesh(tmp_path / "a.bdf")
+    assert mesh.points[2].tolist() == [1, 1, 0.25]
+    assert mesh.cells["hexahedron"].tolist() == [[0, 1, 2, 3, 4, 0, 1, 2]]
+    moved = mesh.points.round(3) + 0.5
+    write_mesh(mesh, tmp_path / "b.bdf", moved)
+    assert np.array_equal(read_mesh(tmp_path / "b.bdf").points, moved)
+    assert "$ longer than a field" in (tmp_path / "b.bdf").read_text()
+
+
+def test_a_continuation_that_stands_elsewhere_is_refused(tmp_path):
+    cards = "".join(f"GRID*{k:>19}{'':16}{k:>15}.{0:>15}.*A{k}\n" for k in (1, 2))
+    (tmp_path / "a.bdf").write_text("BEGIN BULK\n" + cards + "*A1,5.\n*A2,6.\nENDDATA\n")
+    with pytest.raises(InputError, match=r"line 2: the next line is not the continuation .* \*A1"):
+        read_mesh(tmp_path / "a.bdf")
+
+
+def test_cards_behind_the_end_are_not_read_and_names_may_be_indented(tmp_path):
+    text = DECK.replace("GRID,4", " GRID,4").replace("GRID           1", " GRID          1")
+    (tmp_path / "a.bdf").write_text(text + "GRID,9,,1.,1.,1.\nINCLUDE 'nowhere'\n")
+    assert read_mesh(tmp_path / "a.bdf").points.tolist() == POINTS
+
+
+def test_nodes_in_the_middle_of_edges_may_be_left_out(tmp_path):
+    text = DECK.replace("CTRIA3", "CTRIA6").replace("CBUSH", "CQUAD8,6,13,1,2,3,4\nCBUSH")
+    (tmp_path / "a.bdf").write_text(text)
+    assert read_mesh(tmp_path / "a.bdf").counts == {
+        "triangle": 1,
+        "quad": 2,
+        "tetra": 1,
+        "line": 1,
+    }
+
+
+def test_a_second_export_replaces_the_included_files_of_the_first(tmp_path):
+    (tmp_path / "in").mkdir()
+    (tmp_path / "in" / "a.bdf").write_text("BEGIN BULK\nINCLUDE 'n.bdf'\n")
+    (tmp_path / "in" / "n.bdf").write_text("GRID,1,,0.,0.,0.\nGRID,2,,1.,0.,0.\n")
+    mesh = read_mesh(tmp_path / "in" / "a.bdf")
+    for points in (mesh.points + 0.125, mesh.points):
+        write_mesh(mesh, tmp_path / "out.bdf", points)
+        assert np.array_equal(read_mesh(tmp_path / "out.bdf").points, points)
+
+
+def test_names_of_included_files_go_over_lines_and_may_be_seen_from_their_own_folder(tmp_path):
+    (tmp_path / "sub").mkdir()
+    (tmp_path / "a.bdf").write_text("BEGIN BULK\nINCLUDE 'sub/\n   b.bdf'\n")
+    (tmp_path / "sub" / "b.bdf").write_text("INCLUDE 'c.bdf'\nGRDSET,,\n")
+    (tmp_path / "sub" / "c.bdf").write_text("GRID,1,,0.,0.,0.\n")
+    mesh = read_mesh(tmp_path / "a.bdf")
+    (tmp_path / "out").mkdir()
+    write_mesh(mesh, tmp_path / "out" / "a.bdf", mesh.points + 0.5)
+    assert read_mesh(tmp_path / "out" / "a.bdf").points.tolist() == [[0.5, 0.5, 0.5]]
+    (tmp_path / "sub" / "b.bdf").write_text("INCLUDE 'c.bdf'\nGRDSET,,5\n")
+    with pytest.raises(InputError, match=r"c\.bdf, line 1: GRID 1 is given in the local frame 5"):
+        read_mesh(tmp_path / "a.bdf")

@@ -11,7 +11,7 @@ import pytest
 
 from ffdstudio import InputError, read_mesh, write_mesh
 from ffdstudio.meshes import MeshWarning
-from tests.meshes.specimens import grid_points, hexahedron_faces
+from tests.meshes.specimens import grid_points, hexahedra, hexahedron_faces
 
 pytestmark = pytest.mark.filterwarnings("ignore::ffdstudio.meshes.MeshWarning")
 
@@ -221,3 +221,55 @@ def test_damaged_compression_is_refused(tmp_path):
     with pytest.raises(InputError, match="damaged compression"):
         read_mesh(case)
     shutil.rmtree(case)
+
+
+def add_zones(case, arch=None, cells=(0, 1, 5), faces=(0, 30)):
+    def labels(values):
+        if arch is None:
+            return f"{len(values)}\n(\n{' '.join(map(str, values))}\n)".encode()
+        return f"{len(values)}\n(".encode() + np.asarray(values, f"<i{arch[0]}").tobytes() + b")"
+
+    form = "ascii" if arch is None else "binary"
+    line = f'arch "LSB;{ARCHS[arch]}";' if arch else ""
+    for what, values in (("cell", cells), ("face", faces)):
+        head = HEADER.format(form=form, arch=line, kind="regIOobject", name=f"{what}Zones")
+        text = f"2\n(\nrest\n{{\n  type {what}Zone;\n{what}Labels      List<label> \n".encode()
+        flips = b"flipMap List<bool> 2(0 1);" if what == "face" else b""
+        tail = f"none {{ type {what}Zone; {what}Labels List<label> 0(); }}\n)\n".encode()
+        path = case / "constant" / "polyMesh" / f"{what}Zones"
+        path.write_bytes(head.encode() + text + labels(values) + b";" + flips + b"}\n" + tail)
+
+
+@pytest.mark.parametrize("arch", [None, (4, 8), (8, 8)])
+def test_zones_of_cells_and_faces_become_markers(tmp_path, arch):
+    case = make(tmp_path / "case", arch)
+    add_zones(case, arch)
+    mesh = read_mesh(case)
+    zone = mesh.markers["rest (cell zone)"]["polyhedron8"]
+    assert [set(row) for row in zone.tolist()] == [set(hexahedra()[k]) for k in (0, 1, 5)]
+    faces = mesh.markers["rest (face zone)"]["quad"]
+    assert faces.tolist() == [hexahedron_faces()[0][k] for k in (0, 30)]
+    assert mesh.boundaries == [*mesh.kinds, "rest (face zone)"]
+    write_mesh(mesh, tmp_path / "out", mesh.points + 1)
+    assert read_mesh(tmp_path / "out").marker_counts == mesh.marker_counts
+
+
+def test_a_zone_with_cells_that_are_not_there_is_refused(tmp_path):
+    case = make(tmp_path / "case")
+    add_zones(case, cells=(0, 12))
+    with pytest.raises(InputError, match="zone rest refers to a cell not in 0 to 11"):
+        read_mesh(case)
+
+
+def test_a_compressed_file_of_several_members_is_read_whole(tmp_path):
+    case = make(tmp_path / "case", compress=True)
+    path = case / "constant" / "polyMesh" / "points.gz"
+    data = gzip.decompress(path.read_bytes())
+    path.write_bytes(gzip.compress(data[:700]) + gzip.compress(data[700:]))
+    mesh = read_mesh(case)
+    assert np.array_equal(mesh.points, grid_points())
+    write_mesh(mesh, tmp_path / "out")
+    assert files(tmp_path / "out") == files(case)
+    path.write_bytes(path.read_bytes()[:-9])
+    with pytest.raises(InputError, match="damaged compression"):
+        read_mesh(case)

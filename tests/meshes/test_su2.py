@@ -176,19 +176,45 @@ def test_embedded_boxes_are_kept_with_a_warning_replaced_or_stripped(tmp_path):
     tail = b"NPERIODIC= 0\n"
     (tmp_path / "a.su2").write_bytes(section + data + tail)
     mesh = read_mesh(tmp_path / "a.su2")
-    assert su2.ffd_section(mesh) == section
+    assert su2.ffd_sections(mesh) == [section]
     moved = mesh.points + np.array([0.5, 0, 0])
     with pytest.warns(MeshWarning, match="FFD boxes inside the file are kept"):
         write_mesh(mesh, tmp_path / "b.su2", moved)
     expected = data.replace(b"0 0\n1 0\n0 1", b"0.5 0\n1.5 0\n0.5 1") + tail
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        write_mesh(su2.replace_ffd_section(mesh, None), tmp_path / "b.su2", moved)
+        write_mesh(su2.replace_ffd_sections(mesh, []), tmp_path / "b.su2", moved)
         assert (tmp_path / "b.su2").read_bytes() == expected
-        other = su2.replace_ffd_section(mesh, b"FFD_NBOX= 2\n")
+        other = su2.replace_ffd_sections(mesh, [b"FFD_NBOX= 2\n"])
         write_mesh(other, tmp_path / "b.su2", moved)
         assert (tmp_path / "b.su2").read_bytes() == b"FFD_NBOX= 2\n" + expected
-    assert su2.ffd_section(su2.replace_ffd_section(other, None)) is None
+    assert su2.ffd_sections(su2.replace_ffd_sections(other, [])) == []
+
+
+def test_stripping_boxes_leaves_every_line_that_is_not_theirs(tmp_path):
+    box = b"FFD_NBOX= 1\nFFD_TAG= A\n 1 2 3\n"
+    comment = b"% behind the boxes\n\n"
+    first, second = ZONES.split(b"IZONE= 2")
+    clean = [first + comment, b"IZONE= 2" + second + comment]
+    (tmp_path / "a.su2").write_bytes(first + box + clean[0][len(first) :] + clean[1] + box)
+    mesh = read_mesh(tmp_path / "a.su2")
+    assert su2.ffd_sections(mesh) == [box, box]
+    write_mesh(su2.replace_ffd_sections(mesh, []), tmp_path / "b.su2")
+    assert (tmp_path / "b.su2").read_bytes() == b"".join(clean)
+    points = mesh.points.copy()
+    points[4, 1] = -1 / 3
+    write_mesh(su2.replace_ffd_sections(mesh, [b"", b"FFD_NBOX= 0\n"]), tmp_path / "b.su2", points)
+    moved = b"".join(clean).replace(b"3 0\n2 1", b"3 -0.3333333333333333\n2 1")
+    assert (tmp_path / "b.su2").read_bytes() == moved + b"FFD_NBOX= 0\n"
+
+
+def test_a_keyword_of_boxes_behind_the_nodes_does_not_take_the_nodes_with_it(tmp_path):
+    head, tail = ZONES[ZONES.index(b"NDIME") : ZONES.index(b"IZONE= 2")].split(b"NPOIN")
+    tail = b"NPOIN" + tail
+    (tmp_path / "a.su2").write_bytes(head + b"FFD_NBOX= 1\n" + tail + b"FFD_LEVEL= 0\n")
+    mesh = read_mesh(tmp_path / "a.su2")
+    write_mesh(su2.replace_ffd_sections(mesh, []), tmp_path / "b.su2")
+    assert (tmp_path / "b.su2").read_bytes() == head + tail
 
 
 BROKEN = {

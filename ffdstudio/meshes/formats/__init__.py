@@ -72,7 +72,9 @@ FORMATS: tuple[Format, ...] = (
     Format("obj", "Wavefront OBJ", (".obj",), "obj", new="obj"),
     Format("ply", "PLY", (".ply",), "ply", new="ply"),
     Format("vtk", "legacy VTK", (".vtk",), "vtk", new="vtk"),
-    Format("vtu", "VTK XML", (".vtu", ".vtp", ".vts"), "vtu", new="other"),
+    Format("vtu", "VTK XML", (".vtu",), "vtu", new="other"),
+    Format("vtp", "VTK XML polygons", (".vtp",), "vtu"),  # rows of their own, since a file
+    Format("vts", "VTK XML structured grid", (".vts",), "vtu"),  # of one is none of another
     Format("gmsh", "Gmsh", (".msh", ".msh2", ".msh4"), "gmsh", begins_with(b"$"), "other"),
     Format("openfoam", "OpenFOAM polyMesh", (".foam", ".openfoam"), "openfoam"),
     Format("fluent", "Fluent", (".msh", ".cas"), "fluent", begins_with(b"(")),

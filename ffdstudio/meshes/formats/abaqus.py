@@ -4,11 +4,14 @@
    commas. Nodes stand in any number of ``*NODE`` blocks; each ``*PART`` counts anew.
 2. Only coordinates change. Cylindrical and spherical ones (``SYSTEM=C``, ``S``) and local
    frames (``*SYSTEM``) are refused: the numbers are not x, y, z.
-3. Element sets become markers, node sets markers of vertices.
+3. Element sets become markers, node sets markers of vertices; those of an instance in an
+   assembly are its part's.
+4. A blank coordinate is zero. Nodes in other files would not move: these decks are refused.
 """
 
 from __future__ import annotations
 
+import re
 import warnings
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -16,23 +19,17 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from ffdstudio.files import read_bytes
 from ffdstudio.meshes.formats import Progress
+from ffdstudio.meshes.formats.abaqus_blocks import Block, blocks_of, fields, first_blank, tokens
 from ffdstudio.meshes.formats.abaqus_types import kind_of
 from ffdstudio.meshes.formats.patch import TextTemplate
 from ffdstudio.meshes.formats.source import Source
-from ffdstudio.meshes.formats.table import line_firsts, pick_numbers, split_tokens
+from ffdstudio.meshes.formats.table import pick_anywhere, pick_numbers
 from ffdstudio.meshes.mesh import Markers, Mesh, MeshWarning
 from ffdstudio.meshes.topology import Cells, Indices
 
-
-@dataclass
-class Block:
-    """A keyword with its parameters and the places of its data lines."""
-
-    keyword: str
-    parameters: dict[str, str]
-    place: int
-    spans: list[tuple[int, int]] = field(default_factory=list)
+_NODES = re.compile(rb"^\*NODE[ \t]*[,\r\n]", re.I | re.M)
 
 
 @dataclass
@@ -62,17 +59,20 @@ class _Reader:
         self.ends: list[Indices] = []
         self.count = 0
         self.included: list[str] = []
+        self.instances: dict[str, str] = {}  # name in capitals -> part
 
     def mesh(self) -> Mesh:
-        for block in self._blocks():
+        for block in blocks_of(self.source):
             self._take(block)
         if not self.count:
             hint = f"; it includes {self.included[0]}: open that file" if self.included else ""
             raise self.source.failure(f"there is no *NODE block with nodes in this deck{hint}")
-        starts, ends = self._coordinates()
+        if self.included:
+            self._warn(f"what it includes is not read: {', '.join(self.included)}")
+        starts, ends = (np.concatenate(found) for found in (self.starts, self.ends))
         points = np.zeros((self.count, 3))
-        flat = pick_numbers(self.source, starts.ravel(), ends.ravel())
-        points[:, : starts.shape[1]] = flat.reshape(starts.shape)
+        solid = starts < ends
+        points[:, : starts.shape[1]][solid] = pick_anywhere(self.source, starts[solid], ends[solid])
         cells: dict[str, list[Indices]] = {}
         markers: Markers = {}
         first = 0
@@ -82,40 +82,6 @@ class _Reader:
         template = TextTemplate(self.source.data, points, starts, ends)
         return Mesh(points, joined, markers, dimension=starts.shape[1], template=template)
 
-    def _blocks(self) -> list[Block]:
-        data, found = self.source.data, []
-        at = 0
-        while at < len(data):
-            end = self.source.line_end(at)
-            line = data[at:end].strip()
-            if line.startswith(b"*") and not line.startswith(b"**"):
-                while line.endswith(b",") and end < len(data):
-                    begin, end = end, self.source.line_end(end)
-                    line += data[begin:end].strip()
-                found.append(self._block(line, at))
-            next_star = at if line.startswith(b"*") else -1
-            stop = self._next_star(end) if next_star >= 0 else self._next_star(at)
-            if found and data[end:stop].strip():
-                found[-1].spans.append((end, stop))
-            at = stop
-        return found
-
-    def _next_star(self, at: int) -> int:
-        """Begin of the next line that begins with a star, from the begin of a line on."""
-        data = self.source.data
-        if data[at : at + 1] == b"*":
-            return at
-        found = data.find(b"\n*", at)
-        return len(data) if found < 0 else found + 1
-
-    def _block(self, line: bytes, place: int) -> Block:
-        words = line[1:].decode("utf-8", "replace").split(",")
-        parameters = {}
-        for word in words[1:]:
-            key, _, value = word.partition("=")
-            parameters[key.strip().upper()] = value.strip().strip('"')
-        return Block(words[0].strip().upper(), parameters, place)
-
     def _take(self, block: Block) -> None:
         match block.keyword:
             case "NODE":
@@ -124,35 +90,58 @@ class _Reader:
                 self._elements(block)
             case "NSET" | "ELSET":
                 name = block.parameters.get(block.keyword, "")
-                self.parts[-1].sets.append((block.keyword, name, block))
+                part = self._part_of(block.parameters.get("INSTANCE", ""))
+                part.sets.append((block.keyword, name, block))
+            case "INSTANCE":
+                self._instance(block)
             case "PART":
                 self.parts.append(Part(block.parameters.get("NAME", "part") + "/"))
             case "END PART":
                 self.parts.append(Part())
             case "INCLUDE":
-                self.included.append(block.parameters.get("INPUT", "another file"))
+                self._include(block)
             case "SYSTEM" if block.spans:
                 raise self.source.error(block.place, "nodes in a local frame (*SYSTEM)")
 
-    def _tokens(self, block: Block) -> tuple[Indices, Indices, Indices]:
-        """Begin and end of all words of a block, and the first one of each line."""
-        parts = []
-        total = 0
-        for begin, end in block.spans:
-            text = self.source.data[begin:end]
-            starts, ends = split_tokens(text, b",")
-            parts.append((starts + begin, ends + begin, line_firsts(text, starts) + total))
-            total += len(starts)
-        if not parts:
-            none = np.empty(0, dtype=np.int64)
-            return none, none, none
-        starts, ends, first = (np.concatenate([part[k] for part in parts]) for k in range(3))
-        return starts, ends, first
+    def _instance(self, block: Block) -> None:
+        """Remember whose sets the assembly names; nodes stay where their part has them."""
+        name, part = (block.parameters.get(key, "") for key in ("NAME", "PART"))
+        if part.upper() in (used.upper() for used in self.instances.values()):
+            self._warn(f"part {part} stands in several places, and moves in all of them")
+        if block.spans:
+            self._warn(f"instance {name} is shown where its part is, not moved to its place")
+        self.instances[name.upper()] = part
+
+    def _part_of(self, instance: str) -> Part:
+        """Part of an instance, the last one without a name."""
+        name = f"{self.instances.get(instance.upper(), '')}/".upper()
+        found = [part for part in self.parts if instance and part.name.upper() == name]
+        return found[0] if found else self.parts[-1]
+
+    def _include(self, block: Block) -> None:
+        """Refuse an included file with nodes, which would stay behind; warn of any other."""
+        name = block.parameters.get("INPUT", "another file")
+        self.included.append(name)
+        file = self.source.path.parent / name
+        if file.is_file() and _NODES.search(read_bytes(file)):
+            raise self.source.error(
+                block.place,
+                f"the nodes in {name}, which it includes, would not move: put them into this deck",
+            )
+
+    def _warn(self, message: str) -> None:
+        warnings.warn(f"{self.source.path.name}: {message}", MeshWarning, stacklevel=2)
 
     def _nodes(self, block: Block) -> None:
+        if "INPUT" in block.parameters:
+            raise self.source.error(
+                block.place,
+                f"its nodes are in {block.parameters['INPUT']}: put them into this deck",
+            )
         if block.parameters.get("SYSTEM", "R").upper() not in ("R", ""):
             raise self.source.error(block.place, "nodes in cylindrical or spherical coordinates")
-        starts, ends, first = self._tokens(block)
+        by_word = tokens if first_blank(self.source, block) is None else fields
+        starts, ends, first = by_word(self.source, block)
         widths = np.diff(np.append(first, len(starts)))
         if not len(first):
             return
@@ -163,6 +152,9 @@ class _Reader:
             raise self.source.error(place, f"a node needs its number and {axes} coordinates")
         if self.starts and self.starts[0].shape[1] != axes:
             raise self.source.error(block.place, "nodes with and without z in one deck")
+        numberless = np.flatnonzero(starts[first] == ends[first])
+        if len(numberless):
+            raise self.source.error(int(starts[first[numberless[0]]]), "a node without a number")
         where = first[:, None] + np.arange(1, axes + 1)
         self.parts[-1].ids.append(pick_numbers(self.source, starts[first], ends[first], np.int64))
         self.starts.append(starts[where])
@@ -171,21 +163,18 @@ class _Reader:
         if "NSET" in block.parameters:
             self.parts[-1].sets.append(("NODES", block.parameters["NSET"], block))
 
-    def _coordinates(self) -> tuple[Indices, Indices]:
-        return np.concatenate(self.starts), np.concatenate(self.ends)
-
     def _elements(self, block: Block) -> None:
         kind = kind_of(block.parameters.get("TYPE", ""))
-        starts, ends, _ = self._tokens(block)
-        if kind is None:
-            warnings.warn(
-                f"{self.source.path.name}: elements of type {block.parameters.get('TYPE', '?')} "
-                "are kept but not shown",
-                MeshWarning,
-                stacklevel=2,
-            )
+        starts, ends, _ = tokens(self.source, block)
+        if kind is None or "INPUT" in block.parameters:
+            where = f" in {block.parameters['INPUT']}" if kind else ""
+            title = block.parameters.get("TYPE", "?")
+            self._warn(f"elements of type {title}{where} are kept but not shown")
             return
         name, count = kind
+        blank = first_blank(self.source, block)
+        if blank is not None:
+            raise self.source.error(blank, "an element with a node left blank")
         numbers = pick_numbers(self.source, starts, ends, np.int64)
         if len(numbers) % (count + 1):
             raise self.source.error(block.place, f"elements of this type have {count} nodes")
@@ -219,16 +208,18 @@ class _Reader:
         for (keyword, upper), numbers_of in sets.items():
             members = np.unique(np.concatenate(numbers_of))
             found = self._cells(keyword, members, elements, ids, first)
+            name = part.name + names[upper]
             if found and upper:
-                name = part.name + names[upper]
                 markers[f"{name} (nodes)" if name in markers else name] = found
+            elif upper:
+                self._warn(f"set {name} is kept but not shown: none of its members is known here")
         return first + len(ids)
 
     def _members(
         self, keyword: str, block: Block, sets: dict[tuple[str, str], list[Indices]]
     ) -> Indices:
         """Numbers in a set; other sets may be named in it."""
-        starts, ends, first = self._tokens(block)
+        starts, ends, first = tokens(self.source, block)
         if keyword == "NODES":
             return pick_numbers(self.source, starts[first], ends[first], np.int64)
         data = self.source.data

@@ -9,7 +9,7 @@ import numpy as np
 from ffdstudio.meshes.formats import Progress
 from ffdstudio.meshes.formats.patch import TextTemplate
 from ffdstudio.meshes.formats.source import Source
-from ffdstudio.meshes.formats.table import line_firsts, pick_numbers, split_tokens
+from ffdstudio.meshes.formats.table import line_firsts, pick_anywhere, pick_numbers, split_tokens
 from ffdstudio.meshes.mesh import Mesh
 from ffdstudio.meshes.topology import Cells, Indices
 
@@ -79,18 +79,14 @@ def _cells(
         if (np.diff(first)[rows] != 3 + len(nodes)).any():
             raise source.error(place, f"a {kind} with another number of nodes than {len(nodes)}")
         where = first[rows][:, None] + 3 + np.array(nodes)
-        flat = np.argsort(where, axis=None)
-        given = np.empty(where.size, dtype=np.int64)
-        given[flat] = pick_numbers(
-            source, starts[where.ravel()[flat]], ends[where.ravel()[flat]], np.int64
-        )
+        given = pick_anywhere(source, starts[where], ends[where], np.int64)
         if not len(ids):
             raise source.failure("there are cells but no nodes")
         found = np.minimum(np.searchsorted(ids[order], given), len(ids) - 1)
         if (ids[order][found] != given).any():
             missing = given[ids[order][found] != given][0]
             raise source.failure(f"a cell refers to node {missing}, which is not there")
-        cells[kind] = order[found].reshape(where.shape)
+        cells[kind] = order[found]
         materials[kind] = pick_numbers(
             source, starts[first[rows] + 1], ends[first[rows] + 1], np.int64
         )

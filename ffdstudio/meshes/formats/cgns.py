@@ -2,7 +2,8 @@
 
 1. Coordinates are arrays of their own, one a direction and zone; only their numbers change.
 2. Zones are joined and named if there are several. Boundary conditions become markers with
-   their kind; without any, the sections of surface elements do.
+   their kind or their family's; without any, the sections of surface elements do. One that
+   lists vertices gets the faces between these, or the vertices.
 3. Cells that are lists of faces (NGON_n, NFACE_n) are kept but not shown.
 4. Refused: cylindrical and other coordinates, links into other files, arrays in pieces.
 
@@ -16,6 +17,7 @@ from pathlib import Path
 import numpy as np
 
 from ffdstudio.meshes.formats import Progress
+from ffdstudio.meshes.formats.cgns_boundaries import families_of
 from ffdstudio.meshes.formats.cgns_zones import Zones
 from ffdstudio.meshes.formats.hdftemplate import HdfTemplate
 from ffdstudio.meshes.formats.patch import BinaryTemplate
@@ -33,6 +35,7 @@ def read(path: Path, data: bytes, progress: Progress) -> Mesh:
     source = Source(path, data)
     root = hdf5(source) if data.startswith(b"\x89HDF") else Adf(source).root()
     progress(0.5)
+    bases = [base for base in root.of("CGNSBase_t") for _ in base.of("Zone_t")]
     zones = [zone for base in root.of("CGNSBase_t") for zone in base.of("Zone_t")]
     if not zones:
         raise source.failure("there is no zone in this file")
@@ -40,8 +43,14 @@ def read(path: Path, data: bytes, progress: Progress) -> Mesh:
     counts = np.array([len(arrays[0].values()) for arrays in coordinates])
     template = _template(source, coordinates, counts)
     reader = Zones(source, len(zones) > 1)
-    for zone, arrays, first in zip(zones, coordinates, offsets_of(counts), strict=False):
-        reader.add(zone, arrays[0], int(first))
+    names = [zone.name for zone in zones]
+    if len(set(names)) < len(names):  # the same in several bases
+        names = [f"{base.name}/{name}" for base, name in zip(bases, names, strict=True)]
+    begins = offsets_of(counts)[:-1].tolist()
+    for zone, base, name, arrays, first in zip(
+        zones, bases, names, coordinates, begins, strict=True
+    ):
+        reader.add(zone, arrays[0], first, families_of(base), name)
     joined = {kind: np.concatenate(parts) for kind, parts in reader.cells.items()}
     return Mesh(
         template.original,

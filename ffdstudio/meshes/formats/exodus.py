@@ -77,9 +77,10 @@ def read(path: Path, data: bytes, progress: Progress) -> Mesh:
         cells.setdefault(block.kind, []).append(block.nodes)
     markers: Markers = {}
     if len(blocks) > 1:
-        markers |= {block.name: {block.kind: block.nodes} for block in blocks}
-    markers |= _side_sets(source, found, blocks)
-    markers |= _node_sets(source, found, len(template.original))
+        for block in blocks:
+            _add(markers, block.name, "block", {block.kind: block.nodes})
+    _side_sets(source, found, blocks, markers)
+    _node_sets(source, found, len(template.original), markers)
     joined = {kind: np.concatenate(nodes) for kind, nodes in cells.items()}
     return Mesh(template.original, joined, markers, dimension=axes, template=template)
 
@@ -145,9 +146,19 @@ def _blocks(source: Source, found: dict[str, Variable], count: int, axes: int) -
     return blocks
 
 
-def _side_sets(source: Source, found: dict[str, Variable], blocks: list[Block]) -> Markers:
+def _add(markers: Markers, name: str, what: str, cells: Cells) -> None:
+    """Add a marker; of several with the same name the later ones get their kind and a number."""
+    title, number = name, 1
+    while title in markers:
+        title = f"{name} ({what})" if number == 1 else f"{name} ({what} {number})"
+        number += 1
+    markers[title] = cells
+
+
+def _side_sets(
+    source: Source, found: dict[str, Variable], blocks: list[Block], markers: Markers
+) -> None:
     names = _names(found, "ss_names")
-    markers: Markers = {}
     for number in range(1, len(found) + 1):
         elements, sides = found.get(f"elem_ss{number}"), found.get(f"side_ss{number}")
         if elements is None or sides is None:
@@ -159,8 +170,7 @@ def _side_sets(source: Source, found: dict[str, Variable], blocks: list[Block]) 
         ):
             raise source.failure(f"side set {number} is damaged")
         cells = _faces(elements.values.astype(np.int64), sides.values.astype(np.int64), blocks)
-        markers[_name(names, number, "side set")] = cells
-    return markers
+        _add(markers, _name(names, number, "side set"), "side set", cells)
 
 
 def _faces(elements: Indices, sides: Indices, blocks: list[Block]) -> Cells:
@@ -180,9 +190,8 @@ def _faces(elements: Indices, sides: Indices, blocks: list[Block]) -> Cells:
     return {kind: np.concatenate(faces) for kind, faces in parts.items()}
 
 
-def _node_sets(source: Source, found: dict[str, Variable], count: int) -> Markers:
+def _node_sets(source: Source, found: dict[str, Variable], count: int, markers: Markers) -> None:
     names = _names(found, "ns_names")
-    markers: Markers = {}
     for number in range(1, len(found) + 1):
         variable = found.get(f"node_ns{number}")
         if variable is None:
@@ -190,5 +199,4 @@ def _node_sets(source: Source, found: dict[str, Variable], count: int) -> Marker
         nodes = variable.values.astype(np.int64).reshape(-1, 1) - 1
         if nodes.size and not (nodes.min() >= 0 and nodes.max() < count):
             raise source.failure(f"node set {number} refers to a node not in 1 to {count}")
-        markers[_name(names, number, "node set")] = {"vertex": nodes}
-    return markers
+        _add(markers, _name(names, number, "node set"), "node set", {"vertex": nodes})

@@ -21,7 +21,7 @@ from ffdstudio.meshes.formats import Progress
 from ffdstudio.meshes.formats.fluent_sections import Sections, Zone, sections_of
 from ffdstudio.meshes.formats.patch import TextTemplate
 from ffdstudio.meshes.formats.source import Source
-from ffdstudio.meshes.formats.table import pick_numbers, split_tokens
+from ffdstudio.meshes.formats.table import pick_anywhere, split_tokens
 from ffdstudio.meshes.formats.vtkcells import offsets_of, polygon_name
 from ffdstudio.meshes.mesh import Faces, Markers, Mesh, boundary_faces
 from ffdstudio.meshes.topology import Array, Cells, Indices
@@ -71,10 +71,7 @@ def _template(source: Source, sections: Sections) -> TextTemplate:
         raise source.failure("there are no nodes (10 ...) in this file")
     starts, ends = (np.concatenate([part[k] for part in parts]) for k in range(2))
     points = np.zeros((len(starts), 3))
-    order = np.argsort(starts.ravel(), kind="stable")
-    flat = np.empty(starts.size)
-    flat[order] = pick_numbers(source, starts.ravel()[order], ends.ravel()[order])
-    points[:, : sections.dimension] = flat.reshape(starts.shape)
+    points[:, : sections.dimension] = pick_anywhere(source, starts, ends)
     return TextTemplate(source.data, points, starts, ends)
 
 

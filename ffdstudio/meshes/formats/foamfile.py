@@ -130,14 +130,22 @@ class FoamFile:
 
 
 def _unpacked(path: Path, raw: bytes) -> bytes:
-    try:
+    """Content of a compressed file, of all its members if it is made of several."""
+    parts, left = [], raw
+    most = MOST * len(raw) + 1
+    while left:
         unpacker = zlib.decompressobj(wbits=31)
-        data = unpacker.decompress(raw, MOST * len(raw) + 1)
-    except zlib.error as error:
-        raise InputError(f"{path}: damaged compression ({error})") from None
-    if not unpacker.eof:
-        raise InputError(f"{path}: damaged compression (it ends too early)")
-    return data
+        try:
+            parts.append(unpacker.decompress(left, most))
+        except zlib.error as error:
+            raise InputError(f"{path}: damaged compression ({error})") from None
+        if not unpacker.eof:
+            raise InputError(f"{path}: damaged compression (it ends too early)")
+        most -= len(parts[-1])
+        left = unpacker.unused_data.lstrip(b"\0")  # some writers fill up with zeros
+        if most <= 0:
+            raise InputError(f"{path}: damaged compression (it unpacks to an impossible size)")
+    return b"".join(parts)
 
 
 def packed(data: bytes) -> bytes:

@@ -4,7 +4,8 @@
 2. In 4.1 a block of nodes has all its tags first, then the coordinates; nodes with parameters
    on their curve or surface have these behind x y z. Tags and parameters are kept.
 3. Physical groups become markers. Before 4.0 the cell names its group, since then its entity
-   does. Bounding boxes and points in $Entities describe the geometry and stay as they are.
+   does, also one that a partition has cut. Before 4.0 an element of two groups stands in the
+   file twice, which makes one cell. What $Entities says of the geometry stays as it is.
 
 Source: Gmsh reference manual, "File formats".
 """
@@ -15,6 +16,7 @@ from pathlib import Path
 from typing import NamedTuple, Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ffdstudio.meshes.formats import Progress
 from ffdstudio.meshes.formats.source import Source
@@ -79,14 +81,15 @@ class Nodes(NamedTuple):
 class Elements(NamedTuple):
     """Elements of one type with the tags of their nodes, and the group of each.
 
-    `groups` holds physical tags, (k,) with 0 for none; or, since 4.0, `entity` is the entity
-    that they belong to.
+    `groups` holds physical tags, (k,) with 0 for none, and `owners` the tags of their entities;
+    or, since 4.0, `entity` is the entity that they all belong to.
     """
 
     type: int
     nodes: Indices
     groups: Indices
     entity: int = 0
+    owners: Indices | None = None
 
 
 class Layout(Protocol):
@@ -116,7 +119,7 @@ def read(path: Path, data: bytes, progress: Progress) -> Mesh:
     find = _Finder(source, nodes.tags)
     for elements in layout.elements():
         name, cells = _cells(find, elements)
-        parts.setdefault(name, []).append(cells)
+        parts.setdefault(name, []).append(cells[_is_first(elements)])
         for key, chosen in _membership(elements, dimension(name), entities):
             groups.setdefault(key, {}).setdefault(name, []).append(cells[chosen])
     points = nodes.template.original
@@ -213,6 +216,22 @@ def _cells(find: _Finder, elements: Elements) -> tuple[str, Indices]:
         )
     nodes = find(elements.nodes)
     return name, nodes[:, ORDER[name]] if name in ORDER else nodes
+
+
+def _is_first(elements: Elements) -> NDArray[np.bool_]:
+    """Whether elements do not repeat an earlier one for another group of its entity."""
+    first = np.ones(len(elements.nodes), dtype=bool)
+    owners, groups = elements.owners, elements.groups
+    if owners is None or len(groups) == 0 or (groups == groups[0]).all():
+        return first
+    pairs = np.stack([owners, groups], axis=1)
+    runs = np.flatnonzero(np.append(True, (pairs[1:] != pairs[:-1]).any(axis=1)))
+    pairs = np.unique(pairs[runs], axis=0)[:, 0]
+    repeated = np.flatnonzero(np.isin(owners, pairs[1:][np.diff(pairs) == 0]))
+    _, kept = np.unique(elements.nodes[repeated], axis=0, return_index=True)
+    first[repeated] = False
+    first[repeated[kept]] = True
+    return first
 
 
 def _membership(

@@ -92,8 +92,10 @@ class Old(_Binary):
             else:
                 table = self.numbers(count * (1 + tags + nodes), self.int).reshape(count, -1)
             table = table.astype(np.int64)
-            groups = table[:, 1] if tags else np.zeros(count, dtype=np.int64)
-            found.append(Elements(number, table[:, 1 + tags :], groups))
+            groups, owners = (
+                table[:, k] if tags >= k else np.zeros(count, dtype=np.int64) for k in (1, 2)
+            )
+            found.append(Elements(number, table[:, 1 + tags :], groups, owners=owners))
             left -= count
         return _merged(found)
 
@@ -159,19 +161,33 @@ class New(_Binary):
 
     def entities(self) -> dict[tuple[int, int], list[int]]:
         """Read the physical tags of the entities."""
-        if "Entities" not in self.sections:
-            return {}
-        self.enter("Entities")
-        found = {}
+        found: dict[tuple[int, int], list[int]] = {}
+        if "Entities" in self.sections:
+            self.enter("Entities")
+            self._take_entities(found, False)
+        if "PartitionedEntities" in self.sections:
+            self.enter("PartitionedEntities")
+            _, ghosts = (int(n) for n in self.numbers(2, self.size))
+            self.numbers(2 * ghosts, self.int)
+            self._take_entities(found, True)
+        return found
+
+    def _take_entities(self, found: dict[tuple[int, int], list[int]], divided: bool) -> None:
+        """Add the physical tags of what follows."""
         for dim, count in enumerate([int(n) for n in self.numbers(4, self.size)]):
             for _ in range(count):
                 tag = int(self.numbers(1, self.int)[0])
+                if divided:  # its parent and partitions
+                    self.numbers(2, self.int)
+                    self._list()
                 self.place(3 if dim == 0 else 6, 8)
-                groups = self.numbers(int(self.numbers(1, self.size)[0]), self.int)
+                found[dim, tag] = self._list()
                 if dim:
-                    self.numbers(int(self.numbers(1, self.size)[0]), self.int)
-                found[dim, tag] = [int(group) for group in groups]
-        return found
+                    self._list()
+
+    def _list(self) -> list[int]:
+        """Count and as many numbers."""
+        return [int(n) for n in self.numbers(int(self.numbers(1, self.size)[0]), self.int)]
 
 
 def _merged(parts: list[Elements]) -> list[Elements]:
@@ -184,6 +200,7 @@ def _merged(parts: list[Elements]) -> list[Elements]:
             number,
             np.concatenate([part.nodes for part in same]),
             np.concatenate([part.groups for part in same]),
+            owners=np.concatenate([part.owners for part in same if part.owners is not None]),
         )
         for number, same in by_type.items()
     ]

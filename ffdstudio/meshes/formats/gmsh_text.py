@@ -98,8 +98,10 @@ class Old(_Text):
                     place, f"a {NAMES[key[0]][0]} has {count} nodes, found {key[2] - begin}"
                 )
             nodes = rows.values[first[chosen][:, None] + np.arange(begin, begin + count)]
-            groups = rows.values[group[chosen]] if key[1] else np.zeros(len(chosen), dtype=np.int64)
-            found.append(Elements(key[0], nodes, groups))
+            none = np.zeros(len(chosen), dtype=np.int64)
+            groups = rows.values[group[chosen]] if key[1] else none
+            owners = rows.values[group[chosen] + 1] if key[1] > 1 else none
+            found.append(Elements(key[0], nodes, groups, owners=owners))
         return found
 
 
@@ -167,18 +169,32 @@ class New(_Text):
 
     def entities(self) -> dict[tuple[int, int], list[int]]:
         """Read the physical tags of the entities."""
-        if "Entities" not in self.sections:
-            return {}
-        rows = read_rows(self.source, *self.sections["Entities"])
-        if not len(rows) or rows.widths[0] != 4:
-            raise self.source.failure("section $Entities must begin with four counts")
-        found, at = {}, 1
-        for dim, count in enumerate(rows.values[:4].astype(np.int64).tolist()):
-            skipped = 4 if dim == 0 else 7
+        found: dict[tuple[int, int], list[int]] = {}
+        for name in ("Entities", "PartitionedEntities"):
+            if name not in self.sections:
+                continue
+            rows = read_rows(self.source, *self.sections[name])
+            at = 0
+            if name == "PartitionedEntities" and len(rows) > 2:  # partitions, ghosts, then as above
+                at = 2 + int(rows.values[rows.first[1]])
+            if not 0 <= at < len(rows) or rows.widths[at] != 4:
+                raise self.source.failure(f"section ${name} must begin with four counts")
+            self._take_entities(rows, at, found, at > 0)
+        return found
+
+    def _take_entities(
+        self, rows: Rows, at: int, found: dict[tuple[int, int], list[int]], divided: bool
+    ) -> None:
+        """Add the physical tags behind the counts in a row."""
+        counts = rows.values[rows.first[at] : rows.first[at + 1]].astype(np.int64)
+        at += 1
+        for dim, count in enumerate(counts.tolist()):
             for row in range(at, min(at + count, len(rows))):
                 words = rows.values[rows.first[row] : rows.first[row + 1]]
+                skipped = 1 + (3 if dim == 0 else 6)  # the tag and where it lies
+                if divided and len(words) > 3:  # its parent and partitions
+                    skipped += 3 + max(int(words[3]), 0)
                 many = int(words[skipped]) if len(words) > skipped else 0
                 groups = words[skipped + 1 : skipped + 1 + max(many, 0)]
                 found[dim, int(words[0])] = groups.astype(np.int64).tolist()
             at += max(count, 0)
-        return found

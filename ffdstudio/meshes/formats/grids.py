@@ -34,12 +34,13 @@ class Grids:
             return data
         lines, large = self.lines[rows], self.large[rows]
         fields = grid_fields(self.deck, lines, large)
-        many = 1 + (large & self.deck.is_continuation(lines + 1))
+        last = np.where(large, self.deck.continuation(lines, large), lines)
+        last = np.maximum(last, lines)  # a GRID* without z has one line
         pieces, at = [], 0
         for row, begin, end, old in zip(
             rows.tolist(),
             begins[lines].tolist(),
-            begins[lines + many].tolist(),
+            begins[last + 1].tolist(),
             fields,
             strict=True,
         ):
@@ -67,8 +68,8 @@ def grid_fields(deck: Deck, lines: Indices, large: np.ndarray) -> Letters:
     found = deck.fields(lines)
     wide = np.flatnonzero(large)
     if len(wide):
-        following = lines[wide] + 1
-        goes_on = deck.is_continuation(following)
+        following = deck.continuation(lines[wide], large[wide])
+        goes_on = following >= 0
         rest = np.full((len(wide), 4, WIDTH), 32, dtype=np.uint8)
         rest[goes_on] = deck.fields(following[goes_on], large=True)
         found[wide] = np.concatenate([deck.fields(lines[wide], large=True), rest], axis=1)

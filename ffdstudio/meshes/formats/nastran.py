@@ -23,7 +23,7 @@ import numpy as np
 from ffdstudio.errors import InputError
 from ffdstudio.files import read_bytes, write_together
 from ffdstudio.meshes.formats import Progress
-from ffdstudio.meshes.formats.deck import WIDTH, Deck, integers, reals
+from ffdstudio.meshes.formats.deck import BLANK, WIDTH, Deck, integers, reals
 from ffdstudio.meshes.formats.grids import Grids, grid_fields, plain, sixteen
 from ffdstudio.meshes.formats.patch import changed
 from ffdstudio.meshes.formats.source import Source
@@ -35,10 +35,10 @@ from ffdstudio.meshes.topology import Array, Cells, Indices
 ELEMENTS: dict[str, tuple[int, dict[int, str]]] = {
     "CTRIA3": (2, {3: "triangle"}),
     "CTRIAR": (2, {3: "triangle"}),
-    "CTRIA6": (2, {6: "triangle6"}),
+    "CTRIA6": (2, {3: "triangle", 6: "triangle6"}),
     "CQUAD4": (2, {4: "quad"}),
     "CQUADR": (2, {4: "quad"}),
-    "CQUAD8": (2, {8: "quad8"}),
+    "CQUAD8": (2, {4: "quad", 8: "quad8"}),
     "CTETRA": (2, {4: "tetra", 10: "tetra10"}),
     "CPYRAM": (2, {5: "pyramid", 13: "pyramid13"}),
     "CPENTA": (2, {6: "wedge", 15: "wedge15"}),
@@ -49,7 +49,10 @@ ELEMENTS: dict[str, tuple[int, dict[int, str]]] = {
     "CBUSH": (2, {2: "line"}),
     "PLOTEL": (1, {2: "line"}),
 }
-_INCLUDE = re.compile(rb"^[ \t]*INCLUDE[ \t]+(?:'([^'\r\n]*)'|\"([^\"\r\n]*)\"|(\S+))", re.I | re.M)
+_INCLUDE = re.compile(  # a name in quotes may go on in the next lines
+    rb"^[ \t]*INCLUDE[ \t]+(?:'([^'$]{0,500})'|\"([^\"$]{0,500})\"|([^\s'\"]+))", re.I | re.M
+)
+_END = re.compile(rb"^[ \t]*ENDDATA\b", re.I | re.M)
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,7 +91,9 @@ class NastranTemplate:
             targets.append(own.path if outside else target)
         together: dict[Path, bytes] = {}
         for target, content, grids in zip(targets[1:], contents[1:], self.files[1:], strict=True):
-            if content != grids.deck.source.data or not target.exists():
+            if not in_place and _same(target, grids.deck.source.path):
+                continue  # an original in which nothing moves
+            if not target.exists() or read_bytes(target) != content:
                 _make(target.parent)
                 together[target] = content
         write_together([*together.items(), (path, contents[0])])
@@ -118,7 +123,9 @@ def _make(folder: Path) -> None:
 def read(path: Path, data: bytes, progress: Progress) -> Mesh:
     """Read a Nastran deck; see `read_mesh`."""
     files = _files(path, data)
-    grids = [_grids(Deck(Source(own, text)), relative) for own, relative, text in files]
+    decks = [Deck(Source(own, text)) for own, _, text in files]
+    frame = max(map(_default_frame, decks))
+    grids = [_grids(deck, file[1], frame) for deck, file in zip(decks, files, strict=True)]
     ids = np.concatenate([part.ids for part in grids])
     points = np.concatenate([part.points for part in grids])
     if not len(ids):
@@ -157,27 +164,46 @@ def _files(path: Path, data: bytes) -> list[tuple[Path, str, bytes]]:
         found.append((own, relative, text))
         if len(found) > 10_000:
             raise InputError(f"{path}: includes too many files")
-        for match in _INCLUDE.finditer(text):
-            name = (match[1] or match[2] or match[3] or b"").decode("utf-8", "replace").strip()
-            target = path.parent / name.replace("\\", "/")
+        end = _END.search(text)
+        for match in _INCLUDE.finditer(text, 0, end.start() if end else len(text)):
+            quoted = match[1] or match[2] or match[3] or b""
+            name = "".join(line.strip() for line in quoted.decode("utf-8", "replace").splitlines())
+            target, name = _included(path, own, name.replace("\\", "/"))
             if os.path.realpath(target) in seen:
                 raise InputError(f"{own}: includes {name}, which is included already")
             seen.add(os.path.realpath(target))
-            waiting.append((target, name.replace("\\", "/"), read_bytes(target)))
+            waiting.append((target, name, read_bytes(target)))
     return found
 
 
-def _grids(deck: Deck, relative: str) -> Grids:
+def _included(deck: Path, own: Path, name: str) -> tuple[Path, str]:
+    """An included file and its name as seen from the deck; names may be seen from `own`, too."""
+    if (deck.parent / name).exists():
+        return deck.parent / name, name
+    beside = own.parent / name
+    if beside.exists():
+        return beside, os.path.relpath(beside, deck.parent)
+    raise InputError(f"{own}: cannot read {name}, which it includes: there is no such file")
+
+
+def _default_frame(deck: Deck) -> int:
+    """Frame (CP) of the GRIDs that name none, from a GRDSET card."""
+    lines = deck.cards("GRDSET")[:1]
+    return int(integers(deck, lines, deck.fields(lines)[:, 1]).sum())
+
+
+def _grids(deck: Deck, relative: str, frame: int) -> Grids:
+    repeated = np.flatnonzero(deck.heads[: deck.count, 0] == ord("="))
+    if len(repeated):
+        place = int(deck.begins[repeated[0]])
+        raise deck.source.error(place, "cards repeated by '=' are not supported")
     small, large = deck.cards("GRID"), deck.cards("GRID", star=True)
     lines = np.sort(np.concatenate([small, large]))
     is_large = np.isin(lines, large)
     fields = grid_fields(deck, lines, is_large)
     ids = integers(deck, lines, fields[:, 0])
     frames = integers(deck, lines, fields[:, 1])
-    if len(deck.cards("GRDSET")):
-        frames = frames + integers(
-            deck, deck.cards("GRDSET")[:1], deck.fields(deck.cards("GRDSET")[:1])[:, 1]
-        )
+    frames = np.where((fields[:, 1] == BLANK).all(axis=1), frame, frames)
     if frames.any():
         bad = int(np.flatnonzero(frames)[0])
         raise deck.source.error(
@@ -191,25 +217,26 @@ def _grids(deck: Deck, relative: str) -> Grids:
 def _elements(deck: Deck) -> list[tuple[str, Indices, Indices]]:
     """Types with node identifiers (k, nodes) and properties (k,)."""
     found = []
-    for name, (skipped, types) in ELEMENTS.items():
+    for name in ELEMENTS:
         for star in (False, True):
             lines = deck.cards(name, star)
             if len(lines):
-                found += _of_card(deck, lines, star, skipped, types)
+                found += _of_card(deck, name, lines, star)
     return found
 
 
 def _of_card(
-    deck: Deck, lines: Indices, star: bool, skipped: int, types: dict[int, str]
+    deck: Deck, name: str, lines: Indices, star: bool
 ) -> list[tuple[str, Indices, Indices]]:
+    skipped, types = ELEMENTS[name]
     most = max(types)
-    parts, at = [deck.fields(lines, star)], lines
-    goes_on = np.ones(len(lines), dtype=bool)
+    parts, at = [deck.fields(lines, star)], lines.copy()
+    on = np.arange(len(lines))  # cards that have not ended yet
     while sum(part.shape[1] for part in parts) < skipped + most:
-        at = at + 1
-        goes_on = goes_on & deck.is_continuation(at)
+        at[on] = deck.continuation(at[on], np.full(len(on), star))
+        on = on[at[on] >= 0]
         part = np.full_like(parts[0], 32)
-        part[goes_on] = deck.fields(at[goes_on], star)
+        part[on] = deck.fields(at[on], star)
         parts.append(part)
     fields = np.concatenate(parts, axis=1)[:, : skipped + most]
     flat = integers(deck, np.repeat(lines, skipped + most), fields.reshape(-1, WIDTH))
@@ -225,4 +252,7 @@ def _of_card(
             kind = types[count]
             order = MIDDLE_BEFORE_TOP.get(kind, list(range(count)))
             found.append((kind, nodes[full][:, order], properties[full]))
+    if left.any() and name != "CBUSH":  # which may end in the ground
+        place = int(deck.begins[lines[left][0]])
+        raise deck.source.error(place, f"this element needs {min(types)} nodes")
     return found

@@ -29,6 +29,7 @@ KINDS = {
     11: ">u8",
 }
 DIMENSIONS, VARIABLES, ATTRIBUTES = 10, 11, 12
+ATTRIBUTES_USED = ("elem_type",)  # in a damaged file HDF5 may hang over lists of references
 
 
 @dataclass
@@ -168,11 +169,10 @@ def _variable(source: Source, name: str, item: Any) -> Variable:
     if item.size * item.dtype.itemsize > 20 * len(source.data) + 10_000_000:
         raise source.failure(f"variable {name} claims an impossible size")
     offset = item.id.get_offset()
-    attributes = {
-        key: value.decode("utf-8", "replace")
-        for key, value in item.attrs.items()
-        if isinstance(value, bytes)
-    }
-    attributes |= {key: value for key, value in item.attrs.items() if isinstance(value, str)}
+    attributes: dict[str, str] = {}
+    for key in (key for key in ATTRIBUTES_USED if key in item.attrs):
+        value = item.attrs[key]
+        text = value.decode("utf-8", "replace") if isinstance(value, bytes) else value
+        attributes |= {key: text} if isinstance(text, str) else {}
     place = -1 if offset is None else offset
     return Variable(name, item.shape, item.dtype, place, np.asarray(item[()]), attributes)

@@ -8,8 +8,7 @@
 
 from __future__ import annotations
 
-import warnings
-from dataclasses import dataclass
+import re
 from pathlib import Path
 from typing import NamedTuple
 
@@ -17,11 +16,14 @@ import numpy as np
 
 from ffdstudio.files import write_bytes
 from ffdstudio.meshes.formats import Progress
+from ffdstudio.meshes.formats.normals import WithNormals
 from ffdstudio.meshes.formats.patch import TextTemplate, shortest
 from ffdstudio.meshes.formats.source import Source
 from ffdstudio.meshes.formats.table import line_firsts, pick_numbers, split_tokens
-from ffdstudio.meshes.mesh import Markers, Mesh, MeshWarning
-from ffdstudio.meshes.topology import Array, Cells, Indices
+from ffdstudio.meshes.mesh import Markers, Mesh
+from ffdstudio.meshes.topology import Cells, Indices
+
+_COMMENT = re.compile(rb"(?<!\S)#[^\n]*")
 
 
 class Lines(NamedTuple):
@@ -35,9 +37,12 @@ class Lines(NamedTuple):
 
     @classmethod
     def of(cls, source: Source) -> Lines:
-        """Split a file into lines and words."""
-        starts, ends = split_tokens(source.data)
-        first = line_firsts(source.data, starts)
+        """Split a file into lines and words, comments left out."""
+        text = source.data
+        if b"#" in text:
+            text = _COMMENT.sub(lambda match: b" " * len(match[0]), text)
+        starts, ends = split_tokens(text)
+        first = line_firsts(text, starts)
         return cls(source, starts, ends, first, np.diff(np.append(first, len(starts))))
 
     def beginning(self, word: bytes) -> Indices:
@@ -48,23 +53,6 @@ class Lines(NamedTuple):
         for k, letter in enumerate(word):
             fits &= letters[place + k] == letter
         return np.flatnonzero(fits)
-
-
-@dataclass(frozen=True, eq=False)
-class ObjTemplate(TextTemplate):
-    """OBJ file; remembers whether it has vertex normals."""
-
-    has_normals: bool = False
-
-    def write(self, path: Path, points: Array) -> None:
-        """Write the patched file; warn of normals that no longer fit."""
-        super().write(path, points)
-        if self.has_normals and not np.array_equal(points, self.original):
-            warnings.warn(
-                f"{path.name}: the vertex normals (vn) of the file are kept as they were",
-                MeshWarning,
-                stacklevel=3,
-            )
 
 
 def read(path: Path, data: bytes, progress: Progress) -> Mesh:
@@ -81,7 +69,8 @@ def read(path: Path, data: bytes, progress: Progress) -> Mesh:
         raise source.failure("there is no vertex (v) in this file")
     points = pick_numbers(source, starts.ravel(), ends.ravel()).reshape(-1, 3)
     cells, order = _elements(lines, vertices)
-    template = ObjTemplate(data, points, starts, ends, has_normals=len(lines.beginning(b"vn")) > 0)
+    plain = TextTemplate(data, points, starts, ends)
+    template = WithNormals(plain, "vertex normals (vn)") if len(lines.beginning(b"vn")) else plain
     return Mesh(points, cells, _groups(lines, cells, order), template=template)
 
 

@@ -1,7 +1,8 @@
 """OpenFOAM meshes: the folder ``polyMesh`` of a case.
 
 1. A case folder opens, its ``.foam`` file, or a polyMesh folder. The mesh is faces with the
-   cells on both sides; patches become markers, their types the markers' kinds.
+   cells on both sides; patches become markers, their types the markers' kinds. So do zones of
+   cells and faces.
 2. Only ``points`` changes. Written elsewhere, the other files of the mesh are copied byte for
    byte; nothing else of a case is.
 3. A folder that holds another mesh is refused: several files cannot be replaced at once, and
@@ -23,6 +24,7 @@ from ffdstudio.errors import InputError
 from ffdstudio.files import read_bytes, write_bytes, write_together
 from ffdstudio.meshes.formats import Progress
 from ffdstudio.meshes.formats.foamfile import FoamFile, dictionary, packed
+from ffdstudio.meshes.formats.foamzones import add_zones
 from ffdstudio.meshes.formats.patch import BinaryTemplate, TextTemplate, warn_if_rounded
 from ffdstudio.meshes.formats.table import pick_numbers
 from ffdstudio.meshes.mesh import Faces, Markers, Mesh, MeshWarning, boundary_faces
@@ -143,6 +145,7 @@ def read(path: Path, data: bytes, progress: Progress) -> Mesh:
     neighbour = FoamFile.find(folder, "neighbour").labels()
     faces = _faces(folder, len(template.original), nodes, offsets, owner, neighbour)
     markers, kinds, partners = _patches(folder, faces)
+    add_zones(folder, faces, len(template.original), markers)
     return Mesh(
         template.original,
         {},

@@ -19,7 +19,7 @@ import numpy as np
 from ffdstudio.meshes.formats import Progress
 from ffdstudio.meshes.formats.patch import BinaryTemplate, TextTemplate
 from ffdstudio.meshes.formats.source import Source
-from ffdstudio.meshes.formats.table import pick_numbers, split_tokens
+from ffdstudio.meshes.formats.table import pick_anywhere, split_tokens
 from ffdstudio.meshes.formats.vtkcells import block_cells, offsets_of
 from ffdstudio.meshes.mesh import Markers, Mesh
 from ffdstudio.meshes.topology import Array, Cells, Indices
@@ -72,7 +72,10 @@ def _fits(shapes: Indices, most: int) -> bool:
 
 
 def _text(source: Source) -> Mesh:
-    starts, ends = split_tokens(source.data)
+    repeat = source.data.find(b"*")
+    if repeat >= 0:
+        raise source.error(repeat, "repeated numbers (4*0.0) are not supported: write them out")
+    starts, ends = split_tokens(source.data, b",")
     if not len(starts):
         raise source.failure("the file is empty")
     words = [source.data[starts[k] : ends[k]] for k in range(min(len(starts), 1 + 3 * MOST_BLOCKS))]
@@ -100,11 +103,7 @@ def _places(reading: Reading) -> Indices:
 
 
 def _text_template(source: Source, starts: Indices, ends: Indices, places: Indices) -> TextTemplate:
-    order = np.argsort(places, axis=None)
-    flat = np.empty(places.size)
-    at = places.ravel()[order]
-    flat[order] = pick_numbers(source, starts[at], ends[at])
-    points = _padded(flat.reshape(places.shape))
+    points = _padded(pick_anywhere(source, starts[places], ends[places]))
     return TextTemplate(source.data, points, starts[places], ends[places])
 
 

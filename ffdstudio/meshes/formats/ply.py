@@ -8,7 +8,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from ffdstudio.files import write_bytes
 from ffdstudio.meshes.formats import Progress
+from ffdstudio.meshes.formats.normals import WithNormals
 from ffdstudio.meshes.formats.patch import BinaryTemplate, TextTemplate, shortest
 from ffdstudio.meshes.formats.source import Source
 from ffdstudio.meshes.formats.table import Rows, read_rows
@@ -67,9 +68,14 @@ def read(path: Path, data: bytes, progress: Progress) -> Mesh:
     names = [element.name for element in elements]
     if "vertex" not in names:
         raise source.failure("the header has no element vertex")
-    if any(prop.count for prop in elements[names.index("vertex")].properties):
+    properties = elements[names.index("vertex")].properties
+    if any(prop.count for prop in properties):
         raise source.failure("lists as properties of a vertex are not supported")
-    return (_Binary(source, order) if order else _Ascii(source)).mesh(elements, begin)
+    mesh = (_Binary(source, order) if order else _Ascii(source)).mesh(elements, begin)
+    if {"nx", "ny", "nz"} <= {prop.name for prop in properties}:
+        assert isinstance(mesh.template, TextTemplate | BinaryTemplate)
+        return replace(mesh, template=WithNormals(mesh.template, "vertex normals (nx ny nz)"))
+    return mesh
 
 
 def _header(source: Source) -> tuple[str, list[Element], int]:

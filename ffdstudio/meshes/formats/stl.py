@@ -3,7 +3,8 @@
 1. A file repeats every vertex for each facet. Equal coordinates are one node here, so that a
    surface stays closed, and every place of a node is rewritten when it moves.
 2. Facets with a moved node get a new normal; the others keep theirs, right or wrong.
-3. A binary file often begins with "solid", too: its size tells.
+3. A binary file often begins with "solid", too: its size tells. A few bytes behind the last
+   facet are kept.
 """
 
 from __future__ import annotations
@@ -78,7 +79,8 @@ def read(path: Path, data: bytes, progress: Progress) -> Mesh:
     source = Source(path, data)
     if len(data) >= HEADER:
         count = struct.unpack_from("<I", data, 80)[0]
-        if len(data) == HEADER + RECORD * count:
+        behind = len(data) - HEADER - RECORD * count
+        if behind == 0 or (0 < behind < RECORD and count and b"\0" in data[HEADER:]):
             return _read_binary(source, count)
     if not data.lstrip()[:5].lower() == b"solid":
         raise source.failure("neither an ASCII STL nor a binary one of the size that it states")

@@ -14,6 +14,7 @@ Source: SU2 documentation, "Mesh File".
 from __future__ import annotations
 
 import warnings
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -23,7 +24,7 @@ from ffdstudio.errors import InputError
 from ffdstudio.meshes.formats import Progress
 from ffdstudio.meshes.formats.patch import TextTemplate
 from ffdstudio.meshes.formats.source import Source
-from ffdstudio.meshes.formats.su2_sections import Section, ffd_span, sections_of, zones_of
+from ffdstudio.meshes.formats.su2_sections import Section, ffd_spans, sections_of, zones_of
 from ffdstudio.meshes.formats.table import Rows, read_rows
 from ffdstudio.meshes.mesh import Markers, Mesh, MeshWarning
 from ffdstudio.meshes.topology import CORNERS, Array, Cells, Indices
@@ -42,9 +43,9 @@ CODES = {
 
 @dataclass(frozen=True, eq=False)
 class SU2Template(TextTemplate):
-    """The file, with the place of its FFD section."""
+    """The file, with the places of its FFD sections."""
 
-    ffd: tuple[int, int] | None = None
+    ffd: tuple[tuple[int, int], ...] = ()
     ffd_is_fresh: bool = False
 
     def write(self, path: Path, points: Array) -> None:
@@ -59,26 +60,27 @@ class SU2Template(TextTemplate):
             )
 
 
-def ffd_section(mesh: Mesh) -> bytes | None:
+def ffd_sections(mesh: Mesh) -> list[bytes]:
     """FFD boxes embedded in the SU2 file of a mesh, from ``FFD_NBOX=`` on, byte for byte.
 
-    None if there are none, or the mesh does not come from an SU2 file.
+    A file of several zones may have a section in each; a mesh of another format has none.
     """
     template = mesh.template
-    if not isinstance(template, SU2Template) or template.ffd is None:
-        return None
-    return template.data[slice(*template.ffd)]
+    if not isinstance(template, SU2Template):
+        return []
+    return [template.data[begin:end] for begin, end in template.ffd]
 
 
-def replace_ffd_section(mesh: Mesh, section: bytes | None) -> Mesh:
+def replace_ffd_sections(mesh: Mesh, sections: Sequence[bytes]) -> Mesh:
     """Return the same mesh with other FFD boxes in its file, or without any.
 
     Parameters
     ----------
     mesh : Mesh
         Read from an SU2 file.
-    section : bytes or None
-        Whole lines from ``FFD_NBOX=`` on; None strips the section.
+    sections : sequence of bytes
+        Whole lines from ``FFD_NBOX=`` on, each in the place of an old one, or at the end of a
+        file that has none. Old ones beyond these are stripped.
 
     Raises
     ------
@@ -88,19 +90,24 @@ def replace_ffd_section(mesh: Mesh, section: bytes | None) -> Mesh:
     old = mesh.template
     if not isinstance(old, SU2Template):
         raise InputError("only the file of an SU2 mesh can hold FFD boxes")
-    new = section or b""
-    begin, end = old.ffd or (len(old.data), len(old.data))
-    head = old.data[:begin]
-    if new and head and not head.endswith(b"\n"):
-        head += b"\n"
-    shift = len(head) + len(new) - end
-    behind = np.where(old.starts >= end, shift, 0)
+    places = old.ffd or ((len(old.data), len(old.data)),)
+    new = [*sections, *([b""] * len(places))][: len(places)]
+    if not old.ffd and new[0] and not old.data.endswith(b"\n"):
+        new[0] = b"\n" + new[0]
+    pieces, spans, shifts, at = [], [], [0], 0
+    for (begin, end), text in zip(places, new, strict=True):
+        pieces += [old.data[at:begin], text]
+        spans.append((begin + shifts[-1], begin + shifts[-1] + len(text)))
+        shifts.append(shifts[-1] + len(text) - (end - begin))
+        at = end
+    before = np.searchsorted([end for _, end in places], old.starts, side="right")
+    behind = np.array(shifts)[before]
     template = replace(
         old,
-        data=head + new + old.data[end:],
+        data=b"".join([*pieces, old.data[at:]]),
         starts=old.starts + behind,
         ends=old.ends + behind,
-        ffd=(len(head), len(head) + len(new)) if new else None,
+        ffd=tuple(span for span in spans if span[0] < span[1]),
         ffd_is_fresh=True,
     )
     return replace(mesh, template=template)
@@ -116,7 +123,7 @@ def read(path: Path, data: bytes, progress: Progress) -> Mesh:
         reader.zone(name, part)
     starts, ends = np.concatenate(reader.starts), np.concatenate(reader.ends)
     points = np.concatenate(reader.points)
-    template = SU2Template(data, points, starts, ends, ffd=ffd_span(sections))
+    template = SU2Template(data, points, starts, ends, ffd=ffd_spans(source, sections))
     return Mesh(
         points,
         {kind: np.concatenate(nodes) for kind, nodes in reader.cells.items()},

@@ -52,7 +52,27 @@ def zones_of(source: Source, sections: list[Section]) -> list[tuple[str, list[Se
     return zones if declared > 1 else [("", zones[0][1])]
 
 
-def ffd_span(sections: list[Section]) -> tuple[int, int] | None:
-    """Place of the FFD section: from its first keyword to the end of its last one."""
-    boxes = [section for section in sections if section.key.startswith(b"FFD_")]
-    return (boxes[0].place, boxes[-1].end) if boxes else None
+def ffd_spans(source: Source, sections: list[Section]) -> tuple[tuple[int, int], ...]:
+    """Places of the FFD sections, one a zone: keywords that follow each other.
+
+    What stands between two of them belongs to the mesh, and so do comments behind the last line.
+    """
+    spans: list[tuple[int, int]] = []
+    for section in sections:
+        if not section.key.startswith(b"FFD_"):
+            continue
+        begin = section.place
+        if spans and spans[-1][1] == begin:
+            begin = spans.pop()[0]
+        spans.append((begin, section.end))
+    return tuple((begin, _last_line_end(source, begin, end)) for begin, end in spans)
+
+
+def _last_line_end(source: Source, begin: int, end: int) -> int:
+    """End of the last line that is neither blank nor a comment."""
+    while end > begin:
+        line = source.data.rfind(b"\n", begin, end - 1) + 1 or begin
+        if source.data[line:end].split(b"%")[0].strip():
+            break
+        end = line
+    return end

@@ -177,6 +177,16 @@ def pick_numbers(
     return values
 
 
+def pick_anywhere(
+    source: Source, starts: Indices, ends: Indices, dtype: DTypeLike = np.float64
+) -> NDArray:
+    """As `pick_numbers`, for places of any shape in any order."""
+    order = np.argsort(starts, axis=None, kind="stable")
+    values = np.empty(starts.size, dtype=dtype)
+    values[order] = pick_numbers(source, starts.ravel()[order], ends.ravel()[order], dtype)
+    return values.reshape(starts.shape)
+
+
 def _refuse(
     source: Source, at: int, block: bytes, starts: Indices, ends: Indices, dtype: DTypeLike
 ) -> NoReturn:

@@ -7,6 +7,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +16,7 @@ from numpy.typing import NDArray
 from ffdstudio.errors import InputError
 from ffdstudio.files import write_bytes
 from ffdstudio.meshes.formats import Progress
+from ffdstudio.meshes.formats.normals import WithNormals
 from ffdstudio.meshes.formats.patch import BinaryTemplate, TextTemplate, shortest
 from ffdstudio.meshes.formats.source import Source
 from ffdstudio.meshes.formats.table import pick_numbers, split_tokens
@@ -39,6 +41,8 @@ TYPES = {
     "bit": "",
     "string": "",
 }
+DATASETS = ("UNSTRUCTURED_GRID", "POLYDATA", "STRUCTURED_GRID")
+_NORMALS = re.compile(rb"^[ \t]*NORMALS[ \t]", re.I | re.M)
 POLYDATA = {"VERTICES": 1, "LINES": 3, "POLYGONS": 7}
 
 
@@ -62,7 +66,7 @@ class _Reader:
         self.is_text = kind == "ASCII"
         if self.is_text:
             self.starts, self.ends = split_tokens(source.data)
-        self.template: Template | None = None
+        self.template: TextTemplate | BinaryTemplate | None = None
         self.cells: list[tuple[int, Indices, Indices]] = []
         self.types: Indices | None = None
         self.shape: tuple[int, ...] = ()
@@ -89,11 +93,14 @@ class _Reader:
         if self.template is None:
             raise self.source.failure("there are no POINTS in this file")
         points = self.template.original
-        return Mesh(points, self._cells(len(points)), template=self.template)
+        template: Template = self.template
+        if _NORMALS.search(self.source.data, self.at):
+            template = WithNormals(self.template, "normals")
+        return Mesh(points, self._cells(len(points)), template=template)
 
     def _section(self, words: list[str], begin: int) -> None:
         match words:
-            case ["DATASET", "UNSTRUCTURED_GRID" | "POLYDATA" | "STRUCTURED_GRID"]:
+            case ["DATASET", kind] if kind.upper() in DATASETS:
                 pass
             case ["DATASET", kind, *_]:
                 raise self.source.error(begin, f"a {kind[:30]} does not store its points")

@@ -2,10 +2,14 @@
 
 The array of points is changed where it stands, in the encoding that it has; the rest of the
 file keeps its bytes. In compressed files the offsets behind the array move with its size.
+
+The attributes RangeMin and RangeMax stay, too: VTK writes them for people, and takes no range
+from them when it reads.
 """
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -13,6 +17,7 @@ import numpy as np
 
 from ffdstudio.files import write_bytes
 from ffdstudio.meshes.formats import Progress
+from ffdstudio.meshes.formats.normals import WithNormals
 from ffdstudio.meshes.formats.patch import changed, put, rounded, shortest, warn_if_rounded
 from ffdstudio.meshes.formats.source import Source
 from ffdstudio.meshes.formats.vtkcells import block_cells, cells_of, offsets_of
@@ -101,7 +106,8 @@ def read(path: Path, data: bytes, progress: Progress) -> Mesh:
         for name, nodes in _cells(layout, piece, len(part)).items():
             joined.setdefault(name, []).append(nodes + start)
     points = np.concatenate(parts)
-    template = XmlTemplate(data, points, arrays, _offsets(layout, root))
+    plain = XmlTemplate(data, points, arrays, _offsets(layout, root))
+    template = WithNormals(plain, "normals") if _has_normals(root) else plain
     return Mesh(points, {name: np.concatenate(n) for name, n in joined.items()}, template=template)
 
 
@@ -110,16 +116,39 @@ def _points_array(layout: Layout, piece: Tag) -> DataArray:
     array = tag and tag.child("DataArray")
     if not array:
         raise layout.source.error(piece.begin - 1, "this Piece has no array of points")
-    found = DataArray(layout, array)
+    found = DataArray(layout, array, 3 * _count(layout, piece, "NumberOfPoints"))
     if found.dtype.kind != "f":
         raise layout.source.error(array.begin - 1, "points of whole numbers cannot be deformed")
     return found
 
 
+def _has_normals(root: Tag) -> bool:
+    return any(
+        "normals" in array.get("Name").lower()
+        for name in ("PointData", "CellData")
+        for tag in root.all(name)
+        for array in tag.children
+    )
+
+
+def _count(layout: Layout, piece: Tag, name: str) -> int:
+    """Number of points or cells that a piece announces; a structured one by its extent."""
+    if name == "NumberOfPoints" and piece.get("Extent"):
+        return int(np.prod(_shape(layout, piece), dtype=object))
+    return layout.source.integer(piece.get(name).encode(), piece.begin - 1, name)
+
+
+def _shape(layout: Layout, piece: Tag) -> tuple[int, ...]:
+    words = piece.get("Extent").split()
+    extent = [int(n) for n in words if re.fullmatch(r"-?\d{1,9}", n)]
+    shape = tuple(extent[k + 1] - extent[k] + 1 for k in range(0, len(extent) - 1, 2))
+    if len(words) != 6 or len(shape) != 3 or min(shape) < 1:
+        raise layout.source.error(piece.begin - 1, "Extent must be three ranges")
+    return shape
+
+
 def _points(array: DataArray) -> Array:
     values = array.values()
-    if len(values) % 3:
-        raise array.source.failure("the array of points is not made of x, y and z")
     with np.errstate(invalid="ignore"):
         points = values.astype(np.float64).reshape(-1, 3)
     bad = np.flatnonzero(~np.isfinite(points).all(axis=1))
@@ -141,34 +170,31 @@ def _offsets(layout: Layout, root: Tag) -> list[tuple[int, int, str]]:
 def _cells(layout: Layout, piece: Tag, count: int) -> Cells:
     cells = piece.child("Cells")
     if cells:
-        nodes, ends, types = _arrays(layout, cells, "connectivity", "offsets", "types")
-        return cells_of(layout.source, _begins(ends), nodes, types, count)
-    extent = [int(n) for n in piece.get("Extent").split() if n.lstrip("-").isdecimal()]
-    if len(extent) == 6:
-        shape = tuple(extent[k + 1] - extent[k] + 1 for k in (0, 2, 4))
-        if min(shape) < 1 or int(np.prod(shape)) != count:
-            raise layout.source.error(piece.begin - 1, f"Extent does not fit {count} points")
-        return block_cells(shape)
+        many = _count(layout, piece, "NumberOfCells")
+        types = _array(layout, cells, "types", many)
+        begins, nodes = _lists(layout, cells, many)
+        return cells_of(layout.source, begins, nodes, types, count)
+    if piece.get("Extent"):
+        return block_cells(_shape(layout, piece))
     found: Cells = {}
     for name, number in POLYDATA.items():
         tag = piece.child(name)
         if tag and tag.children:
-            nodes, ends = _arrays(layout, tag, "connectivity", "offsets")
-            begins = _begins(ends)
-            types = (
-                np.where(np.diff(begins) == 2, 3, 4) if number == 3 else np.full(len(ends), number)
-            )
+            many = _count(layout, piece, f"NumberOf{name}")
+            begins, nodes = _lists(layout, tag, many)
+            types = np.where(np.diff(begins) == 2, 3, 4) if number == 3 else np.full(many, number)
             found |= cells_of(layout.source, begins, nodes, types, count)
     return found
 
 
-def _begins(ends: Indices) -> Indices:
-    return np.concatenate([[0], ends])
+def _lists(layout: Layout, tag: Tag, many: int) -> tuple[Indices, Indices]:
+    """Where each of so many cells begins among the nodes, and the nodes."""
+    begins = np.concatenate([[0], _array(layout, tag, "offsets", many)])
+    return begins, _array(layout, tag, "connectivity", int(begins[-1]))
 
 
-def _arrays(layout: Layout, tag: Tag, *names: str) -> list[Indices]:
+def _array(layout: Layout, tag: Tag, name: str, count: int) -> Indices:
     own = {child.get("Name"): child for child in tag.children if child.name == "DataArray"}
-    missing = [name for name in names if name not in own]
-    if missing:
-        raise layout.source.error(tag.begin - 1, f"<{tag.name}> has no array {missing[0]}")
-    return [DataArray(layout, own[name]).values().astype(np.int64) for name in names]
+    if name not in own:
+        raise layout.source.error(tag.begin - 1, f"<{tag.name}> has no array {name}")
+    return DataArray(layout, own[name], count).values().astype(np.int64)

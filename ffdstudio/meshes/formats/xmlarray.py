@@ -127,10 +127,10 @@ class Layout:
 
 
 class DataArray:
-    """One array of the file."""
+    """One array of the file; `count` is how many numbers it must have, if that is known."""
 
-    def __init__(self, layout: Layout, tag: Tag) -> None:
-        self.layout, self.tag, self.source = layout, tag, layout.source
+    def __init__(self, layout: Layout, tag: Tag, count: int | None = None) -> None:
+        self.layout, self.tag, self.source, self.count = layout, tag, layout.source, count
         kind = re.fullmatch(r"(Int|UInt|Float)(8|16|32|64)", tag.get("type"))
         if not kind or (kind[1], kind[2]) == ("Float", "8"):
             raise self._error(f"type {tag.get('type')!r} is not supported")
@@ -167,17 +167,25 @@ class DataArray:
         """Numbers of the array, flat."""
         if self.form == "ascii":
             kind = np.float64 if self.dtype.kind == "f" else np.int64
+            self._check_size(len(self.spans()[0]) * self.dtype.itemsize)
             return pick_numbers(self.source, *self.spans(), kind)
         plain = self.decode()
         if len(plain) % self.dtype.itemsize:
             raise self._error("its size does not fit its type")
         return np.frombuffer(plain, self.dtype)
 
+    def _check_size(self, size: int) -> None:
+        """Raise if the array is not as large as announced, before it is unpacked."""
+        found = size // self.dtype.itemsize
+        if self.count is not None and size != self.count * self.dtype.itemsize:
+            raise self._error(f"{self.count} numbers are announced, it has {found}")
+
     def decode(self) -> bytes:
         """Plain bytes of a binary array."""
         size = self.layout.header.itemsize
         if not self.layout.compressor:
             length = int(self._header(1)[0])
+            self._check_size(length)
             self.head, plain = self._take(size, length)
             self.blocks = [plain]
             return plain
@@ -189,9 +197,11 @@ class DataArray:
         if count * size > len(self.source.data):
             raise self._error("it announces more blocks than the file can hold")
         if count == 0:
+            self._check_size(0)
             return b""
         header = self._header(3 + count)
         full, last, sizes = int(header[1]), int(header[2]), header[3:].astype(np.int64)
+        self._check_size((count - 1) * full + (last or full))
         if (sizes < 0).any() or sizes.sum() > len(self.source.data):
             raise self._error("its blocks are larger than the file")
         self.head, packed = self._take(header.nbytes, int(sizes.sum()), apart=True)
