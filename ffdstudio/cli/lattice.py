@@ -7,7 +7,7 @@ import argparse
 import numpy as np
 
 from ffdstudio.cli.output import emit, sized
-from ffdstudio.cli.parsing import axes, fraction, whole
+from ffdstudio.cli.parsing import axes, fraction, named, whole
 from ffdstudio.engine import Lattice
 from ffdstudio.engine.boxes import Frame
 from ffdstudio.errors import InputError
@@ -50,7 +50,9 @@ def add(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--frozen", type=whole, default=0, metavar="K", help="frozen outer layers")
     parser.add_argument("--units", default="", help="unit of length, for the record")
-    parser.add_argument("-o", "--output", required=True, metavar="LATTICE", help="lattice file")
+    parser.add_argument(
+        "-o", "--output", type=named, required=True, metavar="LATTICE", help="lattice file"
+    )
     parser.add_argument("--json", action="store_true", help="print one JSON object")
 
 

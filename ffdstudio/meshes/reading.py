@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from ffdstudio.errors import InputError
-from ffdstudio.files import read_bytes
+from ffdstudio.files import is_folder, read_bytes
 from ffdstudio.meshes.formats import Progress, recognise
 from ffdstudio.meshes.mesh import Mesh
 
@@ -38,7 +38,7 @@ def read_mesh(path: str | os.PathLike[str], progress: Progress | None = None) ->
     source = Path(path)
     report = progress or _silent
     report(0.0)
-    data = b"" if source.is_dir() else read_bytes(source)
+    data = b"" if is_folder(source) else read_bytes(source)
     row = recognise(source, data[:HEAD])
     if b'"ffdstudio-lattice"' in data[:HEAD]:
         raise InputError(f"{source}: this is a lattice, where a mesh is needed")

@@ -10,6 +10,7 @@ from pathlib import Path
 from numpy.typing import ArrayLike
 
 from ffdstudio.errors import InputError
+from ffdstudio.files import is_folder
 from ffdstudio.meshes.formats import FORMATS, candidates, suffix_of
 from ffdstudio.meshes.mesh import Mesh, MeshWarning
 from ffdstudio.meshes.topology import dimension
@@ -76,7 +77,7 @@ def losses(mesh: Mesh, path: str | os.PathLike[str]) -> list[str]:
 
 
 def _same_format(mesh: Mesh, target: Path) -> bool:
-    if mesh.format == "openfoam" and (target.is_dir() or not candidates(target)):
+    if mesh.format == "openfoam" and (is_folder(target) or not candidates(target)):
         return True
     if mesh.path is not None and suffix_of(mesh.path) == suffix_of(target):
         return True

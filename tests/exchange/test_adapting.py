@@ -70,7 +70,7 @@ def test_turned_directions_of_a_plane_lattice_are_not_lost_silently(tmp_path):
 @pytest.mark.parametrize("adapt", ["exact", "resample"])
 def test_adapting_does_not_drop_the_axes_of_a_plane_lattice(tmp_path, name, adapt):
     rest = Lattice.box([0, 0], [1, 1], shape=(4, 4), axes=[[1, 0, 0], [0, 0, 1]])
-    with pytest.raises(InputError, match="coordinate axes; write .lattice.json$"):
+    with pytest.raises(InputError, match=r"coordinate axes; write \.lattice\.json$"):
         write_lattice(tmp_path / name, rest, adapt=adapt)
     assert not (tmp_path / name).exists()
 
