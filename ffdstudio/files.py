@@ -43,36 +43,6 @@ def read_bytes(path: str | os.PathLike[str]) -> bytes:
         raise InputError(f"cannot read {os.fspath(path)!r}: {_cause(error)}") from error
 
 
-def exists(path: str | os.PathLike[str]) -> bool:
-    """Whether there is something; what cannot be looked at (too long a name) is not there.
-
-    Examples
-    --------
-    >>> exists("."), exists("n" * 300)
-    (True, False)
-    """
-    try:
-        return Path(path).exists()
-    except (OSError, ValueError):
-        return False
-
-
-def is_folder(path: str | os.PathLike[str]) -> bool:
-    """Whether there is a folder; what cannot be looked at is none."""
-    try:
-        return Path(path).is_dir()
-    except (OSError, ValueError):
-        return False
-
-
-def is_same(path: str | os.PathLike[str], other: str | os.PathLike[str]) -> bool:
-    """Whether both names are of one file or folder that is there."""
-    try:
-        return Path(path).samefile(other)
-    except (OSError, ValueError):
-        return False
-
-
 def write_bytes(path: str | os.PathLike[str], data: bytes) -> None:
     """Replace a file by `data`, atomically and durably.
 

@@ -22,8 +22,9 @@ from ffdstudio.engine.knots import Array
 from ffdstudio.errors import InputError
 from ffdstudio.exchange import LatticeFile, read_lattice_file
 from ffdstudio.exchange.morphed import BOXES, write_morphed
-from ffdstudio.files import exists, is_folder, is_same, together
+from ffdstudio.files import together
 from ffdstudio.meshes import Mesh, read_mesh
+from ffdstudio.paths import exists, is_folder, is_same
 from ffdstudio.project.model import frozen_mask
 
 FARTHEST = 1e100  # beyond it lengths and volumes are no numbers any more

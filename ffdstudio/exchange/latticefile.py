@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+import numpy as np
+
 from ffdstudio.engine import Lattice
 from ffdstudio.errors import InputError
 
@@ -66,7 +68,23 @@ class LatticeFile:
     blocks: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
+        for lattice in (self.rest, self.current):
+            if not isinstance(lattice, Lattice):
+                raise InputError(f"a lattice is needed, got {lattice!r}")
         if not self.rest.same_space(self.current):
             raise InputError("the lattice at rest and the deformed one differ in degrees or knots")
-        if self.frozen < 0:
-            raise InputError(f"a lattice cannot have {self.frozen} frozen layers")
+        if not isinstance(self.units, str):
+            raise InputError(f"the units of a lattice must be a text, got {self.units!r}")
+        object.__setattr__(self, "frozen", _layers(self.frozen, self.rest.shape))
+
+
+def _layers(frozen: object, shape: tuple[int, ...]) -> int:
+    if isinstance(frozen, bool | np.bool_) or not isinstance(frozen, int | np.integer):
+        raise InputError(f"the number of frozen layers must be a whole number, got {frozen!r}")
+    layers = int(frozen)
+    if layers < 0:
+        raise InputError(f"a lattice cannot have {layers} frozen layers")
+    if layers and 2 * layers >= min(shape):
+        counts = "x".join(map(str, shape))
+        raise InputError(f"{layers} frozen layers on each face leave nothing of {counts} points")
+    return layers

@@ -16,6 +16,7 @@ from ffdstudio.engine import Lattice
 from ffdstudio.errors import InputError
 from ffdstudio.exchange.latticefile import Exactness, LatticeFile
 from ffdstudio.files import read_bytes
+from ffdstudio.paths import as_path
 
 
 @dataclass(frozen=True)
@@ -25,6 +26,7 @@ class Format:
     module: str
     title: str
     suffixes: tuple[str, ...]
+    options: tuple[str, ...] = ()  # of writing, besides `adapt`
 
     def load(self) -> Any:
         """Import and return the format's module."""
@@ -36,8 +38,8 @@ FORMATS = (
     Format("geomdl", "geomdl JSON", (".geomdl.json",)),
     Format("splinepy", "splinepy JSON", (".splinepy.json",)),
     Format("plot3d", "PLOT3D (pyGeo)", (".xyz", ".fmt")),
-    Format("su2", "SU2 mesh with FFD boxes", (".su2",)),
-    Format("su2config", "SU2 configuration (FFD_DEFINITION)", (".cfg",)),
+    Format("su2", "SU2 mesh with FFD boxes", (".su2",), ("tag", "markers")),
+    Format("su2config", "SU2 configuration (FFD_DEFINITION)", (".cfg",), ("tag",)),
     Format("gotools", "GoTools volume", (".g2",)),
     Format("pygem", "PyGeM parameters", (".prm",)),
 )
@@ -62,11 +64,12 @@ def read_lattice_file(path: str | os.PathLike[str], block: int | str | None = No
     InputError
         If the file cannot be read, is damaged, or holds no such lattice.
     """
+    source = as_path(path)
     name = os.fspath(path)
-    data = read_bytes(path)
+    data = read_bytes(source)
     if not data.strip():
         raise InputError(f"{name}: the file is empty")
-    found: LatticeFile = _recognised(Path(path), data).load().read(data, name, block)
+    found: LatticeFile = _recognised(source, data).load().read(data, name, block)
     return found
 
 
@@ -133,10 +136,13 @@ def write_lattice(
     if adapt not in ("refuse", "exact", "resample"):
         raise InputError(f'adapt must be "refuse", "exact" or "resample", got {adapt!r}')
     content = LatticeFile(rest, rest if current is None else current, frozen, units)
-    row = _named(Path(path))
+    target = as_path(path)
+    row = _named(target)
+    for option in options.keys() - set(row.options):
+        raise InputError(f"{target}: {row.title} has no option {option}")
     if row.module != "ours":
         options["adapt"] = adapt
-    result: Exactness = row.load().write(Path(path), content, **options)
+    result: Exactness = row.load().write(target, content, **options)
     return result
 
 

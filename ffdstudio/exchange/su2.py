@@ -76,6 +76,8 @@ def write(
 
     The nodes of `markers`, by default of all, that lie in the lattice are embedded for SU2.
     """
+    if isinstance(markers, str) or not isinstance(markers, Sequence | None):
+        raise InputError(f"the markers must be a list of names, got {markers!r}")
     fitting, exactness = adapted(content, RULES, adapt)
     data = read_bytes(path)
     new = with_box(data, read_mesh(path), fitting.current, tag, markers, str(path))
@@ -98,7 +100,7 @@ def with_box(
             f"{name}: a box in a {section.dimension}D mesh needs a lattice of {section.dimension} "
             f"directions, not {lattice.dimension}"
         )
-    if not tag or tag.split() != [tag] or "%" in tag or "=" in tag:
+    if not isinstance(tag, str) or tag.split() != [tag] or "%" in tag or "=" in tag:
         raise InputError(f"{tag!r} is no tag for an FFD box: it must be one word")
     old = {box.tag: box for box in section.boxes}
     box = new_box(lattice, tag, old.get(tag))

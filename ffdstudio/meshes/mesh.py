@@ -8,6 +8,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Protocol
@@ -16,7 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ffdstudio.errors import InputError
-from ffdstudio.meshes.topology import Array, Cells, Indices, corners, dimension, skin
+from ffdstudio.meshes.topology import Array, Cells, Indices, corners, dimension, numbers, skin
 
 Markers = dict[str, Cells]
 SHAPES = {"tetra": (4, 0), "pyramid": (4, 1), "wedge": (2, 3), "hexahedron": (0, 6)}
@@ -127,6 +128,8 @@ class Mesh:
         object.__setattr__(self, "points", _read_only(_checked_points(self.points)))
         n = len(self.points)
         object.__setattr__(self, "cells", _checked_cells(self.cells, n, "the cells"))
+        if not isinstance(self.markers, Mapping):
+            raise InputError("the markers must be given by name: a dict")
         markers = {
             name: _checked_cells(cells, n, f"marker {name}") for name, cells in self.markers.items()
         }
@@ -191,7 +194,7 @@ class Mesh:
             If there is no such marker; the message lists those that there are.
         """
         for name in names:
-            if name not in self.markers:
+            if not isinstance(name, str) or name not in self.markers:
                 known = ", ".join(self.markers) or "none"
                 raise InputError(f"no marker {name} in this mesh; it has: {known}")
         chosen = [self.markers[name] for name in (names or self.boundaries)]
@@ -226,7 +229,7 @@ def boundary_faces(faces: Faces, chosen: Indices | None = None) -> Cells:
 
 
 def _checked_points(points: ArrayLike) -> Array:
-    array = np.array(points, dtype=np.float64)
+    array = numbers(points, "points").copy()
     if array.ndim != 2 or array.shape[1] != 3:
         raise InputError(f"points must be an array (n, 3), got {array.shape}")
     if not np.isfinite(array).all():
@@ -238,17 +241,31 @@ def _checked_points(points: ArrayLike) -> Array:
 
 
 def _checked_cells(cells: Cells, n: int, what: str) -> Cells:
+    if not isinstance(cells, Mapping):
+        raise InputError(f"{what} must be given by type: a dict of arrays")
     return {kind: _checked_nodes(nodes, n, f"{what}: {kind}") for kind, nodes in cells.items()}
 
 
 def _checked_nodes(nodes: ArrayLike, n: int, what: str) -> Indices:
-    array = np.asarray(nodes, dtype=np.int64)
+    array = _whole(nodes, what)
     if array.ndim != 2:
         raise InputError(f"{what} must be an array (cells, nodes), got {array.shape}")
     if array.size and not (array.min() >= 0 and array.max() < n):
         bad = int(np.flatnonzero(((array < 0) | (array >= n)).any(axis=1))[0])
         raise InputError(f"{what} {bad} (counted from 0) refers to a node outside 0 to {n - 1}")
     return _read_only(array)
+
+
+def _whole(nodes: ArrayLike, what: str) -> Indices:
+    try:
+        given = np.asarray(nodes)
+        with np.errstate(invalid="ignore"):
+            array = given.astype(np.int64, copy=False)
+        if given.dtype.kind in "iu" or np.array_equal(array, given):
+            return array
+    except (TypeError, ValueError):
+        pass
+    raise InputError(f"{what} must be an array of node indices")
 
 
 def _read_only(array: np.ndarray) -> np.ndarray:

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import os
 from dataclasses import replace
-from pathlib import Path
 
 from ffdstudio.errors import InputError
-from ffdstudio.files import is_folder, read_bytes
+from ffdstudio.files import read_bytes
 from ffdstudio.meshes.formats import Progress, recognise
 from ffdstudio.meshes.mesh import Mesh
+from ffdstudio.paths import as_path, is_folder
 
 HEAD = 65536
 
@@ -35,7 +35,7 @@ def read_mesh(path: str | os.PathLike[str], progress: Progress | None = None) ->
     InputError
         If the file cannot be read or is damaged; the message names file, place and cause.
     """
-    source = Path(path)
+    source = as_path(path)
     report = progress or _silent
     report(0.0)
     data = b"" if is_folder(source) else read_bytes(source)

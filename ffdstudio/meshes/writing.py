@@ -10,10 +10,10 @@ from pathlib import Path
 from numpy.typing import ArrayLike
 
 from ffdstudio.errors import InputError
-from ffdstudio.files import is_folder
 from ffdstudio.meshes.formats import FORMATS, candidates, suffix_of
 from ffdstudio.meshes.mesh import Mesh, MeshWarning
 from ffdstudio.meshes.topology import dimension
+from ffdstudio.paths import as_path, is_folder
 
 SURFACES = ("stl", "obj", "ply")
 
@@ -39,7 +39,9 @@ def write_mesh(mesh: Mesh, path: str | os.PathLike[str], points: ArrayLike | Non
     InputError
         If the file cannot be written or the coordinates do not fit the format.
     """
-    target = Path(path)
+    target = as_path(path)
+    if not isinstance(mesh, Mesh):
+        raise InputError(f"a mesh is needed, got {mesh!r}")
     if points is not None:
         mesh = mesh.with_points(points)
     if mesh.template is not None and _same_format(mesh, target):
@@ -58,7 +60,7 @@ def losses(mesh: Mesh, path: str | os.PathLike[str]) -> list[str]:
     >>> losses(Mesh([[0, 0, 0]], {"vertex": [[0]]}), "a.su2")
     ['a new file is made: comments, numbering and settings of the original are lost']
     """
-    target = Path(path)
+    target = as_path(path)
     if mesh.template is not None and _same_format(mesh, target):
         return []
     found = ["a new file is made: comments, numbering and settings of the original are lost"]

@@ -9,6 +9,7 @@ from typing import Any, Self
 from ffdstudio.engine import Lattice
 from ffdstudio.errors import InputError
 from ffdstudio.meshes import Mesh, read_mesh
+from ffdstudio.paths import as_path
 from ffdstudio.project import references
 from ffdstudio.project.records import BodyRecord, LatticeRecord, ProjectFile
 from ffdstudio.project.storage import read_project, write_project
@@ -45,11 +46,11 @@ class Project:
         InputError
             If it cannot be read, is damaged or was written by a newer version.
         """
-        return cls(read_project(path))
+        return cls(read_project(as_path(path)))
 
     def save(self, path: str | os.PathLike[str], pack_meshes: bool = False) -> None:
         """Write the project file atomically; with `pack_meshes` the meshes travel inside."""
-        write_project(path, self.file, pack_meshes)
+        write_project(as_path(path), self.file, pack_meshes)
 
     @property
     def bodies(self) -> list[BodyRecord]:
@@ -73,7 +74,8 @@ class Project:
 
     def add_mesh(self, path: str | os.PathLike[str], name: str | None = None) -> BodyRecord:
         """Refer to a mesh file under a name, by default the file's."""
-        body = BodyRecord(name or Path(path).stem, Path(os.path.realpath(path)))
+        given = as_path(path)
+        body = BodyRecord(name or given.stem, Path(os.path.realpath(given)))
         self._check_free(body.name, self.bodies)
         self.bodies.append(body)
         return body
