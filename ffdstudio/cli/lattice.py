@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import argparse
+import math
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -13,6 +15,8 @@ from ffdstudio.engine.boxes import Frame
 from ffdstudio.errors import InputError
 from ffdstudio.exchange import write_lattice
 from ffdstudio.meshes import Mesh, read_mesh
+
+MOST = 1_000_000  # control points; no file or solver has room for more
 
 
 def add(parser: argparse.ArgumentParser) -> None:
@@ -60,7 +64,7 @@ def run(args: argparse.Namespace) -> int:
     """Make the lattice and write it."""
     mesh = read_mesh(args.file)
     nodes = mesh.points[mesh.marker_nodes(*args.marker)] if args.marker else mesh.points
-    shape = tuple(args.shape or (8, 6, 4)[: mesh.dimension])
+    shape = _shape(args.shape or (8, 6, 4)[: mesh.dimension])
     if not 1 <= len(shape) <= 3:
         raise InputError(f"--shape takes 1 to 3 numbers, got {len(shape)}")
     lattice = around(mesh, nodes, shape, _degrees(args.degree, shape), args)
@@ -79,6 +83,16 @@ def run(args: argparse.Namespace) -> int:
     text = f"{args.output}: {sized(shape)} control points of degree {degrees} ({exactness})"
     emit(result, text, args.json)
     return 0
+
+
+def _shape(counts: Sequence[int]) -> tuple[int, ...]:
+    points = math.prod(counts)
+    if points > MOST:
+        raise InputError(
+            f"--shape {sized(tuple(counts))}: these are {points:,} control points, "
+            f"more than the {MOST:,} that a lattice may have"
+        )
+    return tuple(counts)
 
 
 def around(

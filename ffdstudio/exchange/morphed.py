@@ -10,6 +10,7 @@ from collections.abc import Sequence
 
 from ffdstudio.engine import Lattice
 from ffdstudio.engine.knots import Array
+from ffdstudio.errors import InputError
 from ffdstudio.exchange import su2
 from ffdstudio.meshes import Mesh, write_mesh
 from ffdstudio.meshes.formats.su2 import ffd_section, replace_ffd_section
@@ -46,6 +47,19 @@ def write_morphed(
     """
     section = ffd_section(mesh)
     if section is not None and boxes != "keep":
-        new = None if boxes == "strip" else su2.follow(section, mesh, points, motions)
+        new = None if boxes == "strip" else _follow(section, mesh, points, motions)
         mesh = replace_ffd_section(mesh, new)
     write_mesh(mesh, path, points)
+
+
+def _follow(
+    section: bytes, mesh: Mesh, points: Array, motions: Sequence[tuple[Lattice, Lattice]]
+) -> bytes:
+    try:
+        return su2.follow(section, mesh, points, motions)
+    except InputError as error:
+        cause = str(error).removeprefix("the mesh: ")
+        raise InputError(
+            f"{mesh.path}: an FFD box in this file cannot follow the shape: {cause}; "
+            "keep or strip the boxes (--boxes keep|strip)"
+        ) from None

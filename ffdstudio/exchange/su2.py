@@ -42,6 +42,18 @@ def tags(data: bytes, name: str) -> list[str]:
     return [box.tag for box in su2text.parse(data, name).boxes]
 
 
+def lattices(data: bytes, name: str) -> list[tuple[str, Lattice | InputError]]:
+    """Tags with the lattices of all boxes, a broken one as what is wrong with it."""
+    return [(tag, _tried(box)) for tag, box in su2text.each_box(data, name)]
+
+
+def _tried(box: Box | InputError) -> Lattice | InputError:
+    try:
+        return box if isinstance(box, InputError) else lattice_of(box)
+    except InputError as error:
+        return error
+
+
 def read(data: bytes, name: str, block: int | str | None = None) -> LatticeFile:
     """Read one box of a mesh, by tag or index."""
     section = su2text.parse(data, name)

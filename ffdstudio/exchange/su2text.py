@@ -11,6 +11,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -66,6 +67,19 @@ def parse(data: bytes, name: str, dimension: int | None = None) -> Section:
     if len(set(tags)) < len(tags):
         raise InputError(f"{name}: two FFD boxes have the same tag")
     return Section(boxes, begin.start(), reader.position, levels, dimension)
+
+
+def each_box(data: bytes, name: str) -> Iterator[tuple[str, Box | InputError]]:
+    """Tags with boxes one by one, a broken box as what is wrong with it."""
+    dimension = _dimension(data, name)
+    for found in re.finditer(rb"^[ \t]*FFD_TAG[ \t]*=", data, re.MULTILINE):
+        reader = _Reader(data, found.start(), name)
+        tag = reader.value("FFD_TAG").decode("utf-8", "replace")
+        reader.position = found.start()
+        try:
+            yield tag, _box(reader, dimension)
+        except InputError as error:
+            yield tag, error
 
 
 def compose(section: Section) -> bytes:

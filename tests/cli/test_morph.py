@@ -119,6 +119,17 @@ def test_bodies_that_touch_stay_together_to_the_bit(ffdstudio, cubes, tmp_path):
         assert not np.array_equal(a, point)
 
 
+def test_an_upright_surface_of_another_tool_is_an_extruded_lattice(ffdstudio, cube, tmp_path):
+    path, out = tmp_path / "xz.g2", tmp_path / "out.su2"
+    knots = "2 2\n0 0 1 1\n"
+    path.write_text(f"200 1 0 0\n3 0\n{knots}{knots}0 0 0\n1 0 0\n0 0 1\n1 0 1\n")
+    assert ffdstudio("morph", cube, path, "--move", "0,0=0,0,.1", "-o", out) == 0
+    before, after = read_mesh(cube).points, read_mesh(out).points
+    x, _, z = before.T
+    assert np.allclose(after[:, 2], z + 0.1 * (1 - x) * (1 - z), rtol=0, atol=1e-15)
+    assert np.array_equal(after[:, :2], before[:, :2])
+
+
 def test_one_direction_stretches(ffdstudio, cube, tmp_path):
     lattice = Lattice.box([0], [1], shape=(4,))
     write_lattice(tmp_path / "l.lattice.json", lattice)
@@ -148,6 +159,20 @@ def test_the_box_in_an_su2_mesh_deforms_that_mesh_and_follows(ffdstudio, square,
     assert read_lattice(out)[0] == old
     assert ffdstudio("morph", square, square, "-o", out, "--boxes", "strip") == 0
     assert su2.tags(out.read_bytes(), "out") == []
+
+
+def test_a_broken_box_is_named_with_the_ways_past_it(ffdstudio, square, tmp_path):
+    write_lattice(square, Lattice.box([0, 0], [1, 1], shape=(5, 4)))
+    square.write_text(square.read_text().replace("BSPLINE_UNIFORM", "BSPLINE"))
+    path, _ = lattice_file(tmp_path)
+    words = ["morph", square, path, "--move", "1,1=0,.1", "-o", tmp_path / "out.su2"]
+    assert ffdstudio(*words) == 2
+    assert ffdstudio.err == (
+        f"ffdstudio: error: {square}: an FFD box in this file cannot follow the shape: "
+        "FFD_BLENDING= 'BSPLINE' is not known; keep or strip the boxes (--boxes keep|strip)\n"
+    )
+    for way in ("keep", "strip"):
+        assert ffdstudio(*words, "--boxes", way) == 0
 
 
 @pytest.mark.parametrize(
