@@ -57,6 +57,16 @@ class LatticeFile:
         Name of the file's format.
     blocks : tuple of str
         Names of all lattices in the file, of which this is one.
+
+    Examples
+    --------
+    >>> box = Lattice.box([0, 0], [1, 1], shape=(4, 4))
+    >>> LatticeFile(box, box, frozen=1, units="m").frozen
+    1
+    >>> LatticeFile(box, box, frozen=2)
+    Traceback (most recent call last):
+        ...
+    ffdstudio.errors.InputError: 2 frozen layers on each face leave nothing of 4x4 points
     """
 
     rest: Lattice
@@ -69,7 +79,7 @@ class LatticeFile:
 
     def __post_init__(self) -> None:
         for lattice in (self.rest, self.current):
-            if not isinstance(lattice, Lattice):
+            if not hasattr(lattice, "same_space"):
                 raise InputError(f"a lattice is needed, got {lattice!r}")
         if not self.rest.same_space(self.current):
             raise InputError("the lattice at rest and the deformed one differ in degrees or knots")

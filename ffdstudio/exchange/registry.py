@@ -63,6 +63,16 @@ def read_lattice_file(path: str | os.PathLike[str], block: int | str | None = No
     ------
     InputError
         If the file cannot be read, is damaged, or holds no such lattice.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> path = Path(tempfile.mkdtemp()) / "box.lattice.json"
+    >>> box = Lattice.box([0, 0, 0], [1, 1, 1], shape=(4, 3, 3))
+    >>> _ = write_lattice(path, box, frozen=1, units="mm")
+    >>> found = read_lattice_file(path)
+    >>> found.frozen, found.units, found.format
+    (1, 'mm', 'ffdstudio-lattice')
     """
     source = as_path(path)
     name = os.fspath(path)
@@ -132,6 +142,17 @@ def write_lattice(
     ------
     InputError
         If the format cannot express the lattice, or the file cannot be written.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> folder = Path(tempfile.mkdtemp())
+    >>> box = Lattice.box([0, 0, 0], [1, 1, 1], shape=(6, 4, 4))
+    >>> print(write_lattice(folder / "box.lattice.json", box))
+    exact
+    >>> finer = box.insert_knots(0, [1 / 6])
+    >>> print(write_lattice(folder / "box.xyz", finer, adapt="exact"))
+    exact: 2 knots were inserted in direction i
     """
     if adapt not in ("refuse", "exact", "resample"):
         raise InputError(f'adapt must be "refuse", "exact" or "resample", got {adapt!r}')

@@ -146,6 +146,13 @@ class Mesh:
         ------
         InputError
             If the number of points differs or one is not finite.
+
+        Examples
+        --------
+        >>> mesh = Mesh([[0, 0, 0], [1, 0, 0]], {"line": [[0, 1]]})
+        >>> mesh.with_points(mesh.points + [0, 2, 0]).points
+        array([[0., 2., 0.],
+               [1., 2., 0.]])
         """
         new = _checked_points(points)
         if new.shape != self.points.shape:
@@ -156,19 +163,39 @@ class Mesh:
 
     @property
     def counts(self) -> dict[str, int]:
-        """Number of cells by type; also of a face-based mesh."""
+        """Number of cells by type; also of a face-based mesh.
+
+        Examples
+        --------
+        >>> Mesh([[0, 0, 0]] * 4, {"triangle": [[0, 1, 2]], "quad": [[0, 1, 2, 3]]}).counts
+        {'triangle': 1, 'quad': 1}
+        """
         if self.faces is not None:
             return self.faces.counts
         return {kind: len(nodes) for kind, nodes in self.cells.items()}
 
     @property
     def marker_counts(self) -> dict[str, int]:
-        """Number of boundary elements by marker."""
+        """Number of boundary elements by marker.
+
+        Examples
+        --------
+        >>> Mesh([[0, 0, 0], [1, 0, 0]], {}, {"wall": {"line": [[0, 1]]}}).marker_counts
+        {'wall': 1}
+        """
         return {name: sum(map(len, cells.values())) for name, cells in self.markers.items()}
 
     @property
     def boundaries(self) -> list[str]:
-        """Names of the markers whose elements have fewer dimensions than the cells."""
+        """Names of the markers whose elements have fewer dimensions than the cells.
+
+        Examples
+        --------
+        >>> markers = {"floor": {"line": [[0, 1]]}, "zone": {"triangle": [[0, 1, 2]]}}
+        >>> mesh = Mesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], {"triangle": [[0, 1, 2]]}, markers)
+        >>> mesh.boundaries
+        ['floor']
+        """
         highest = 3 if self.faces is not None else max(map(dimension, self.cells), default=3)
         return [
             name
@@ -178,7 +205,14 @@ class Mesh:
 
     @property
     def bounds(self) -> Array:
-        """(2, 3) lower and upper corner of the points; zeros without points."""
+        """(2, 3) lower and upper corner of the points; zeros without points.
+
+        Examples
+        --------
+        >>> Mesh([[0, 5, 0], [3, 1, 2]]).bounds
+        array([[0., 1., 0.],
+               [3., 5., 2.]])
+        """
         if len(self.points) == 0:
             return np.zeros((2, 3))
         return np.array([self.points.min(axis=0), self.points.max(axis=0)])
@@ -192,6 +226,16 @@ class Mesh:
         ------
         InputError
             If there is no such marker; the message lists those that there are.
+
+        Examples
+        --------
+        >>> mesh = Mesh([[0, 0, 0], [1, 0, 0], [2, 0, 0]], {}, {"wall": {"line": [[2, 1]]}})
+        >>> mesh.marker_nodes("wall")
+        array([1, 2])
+        >>> mesh.marker_nodes("hull")
+        Traceback (most recent call last):
+            ...
+        ffdstudio.errors.InputError: no marker hull in this mesh; it has: wall
         """
         for name in names:
             if not isinstance(name, str) or name not in self.markers:
@@ -205,6 +249,12 @@ class Mesh:
         """Lines, triangles, quads and polygons to show the mesh by, as type -> corner nodes.
 
         A volume mesh shows its outer faces, any other one its own cells.
+
+        Examples
+        --------
+        >>> corners = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]
+        >>> Mesh(corners, {"tetra": [[0, 1, 2, 3]]}).surface()["triangle"].shape
+        (4, 3)
         """
         if self.faces is not None:
             return boundary_faces(self.faces)

@@ -34,6 +34,13 @@ def read_mesh(path: str | os.PathLike[str], progress: Progress | None = None) ->
     ------
     InputError
         If the file cannot be read or is damaged; the message names file, place and cause.
+
+    Examples
+    --------
+    >>> from ffdstudio.samples import sample
+    >>> mesh = read_mesh(sample("naca0012.su2"))
+    >>> mesh.counts, mesh.marker_counts
+    ({'triangle': 8026, 'quad': 1649}, {'airfoil': 200, 'farfield': 52})
     """
     source = as_path(path)
     report = progress or _silent

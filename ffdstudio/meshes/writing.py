@@ -38,9 +38,20 @@ def write_mesh(mesh: Mesh, path: str | os.PathLike[str], points: ArrayLike | Non
     ------
     InputError
         If the file cannot be written or the coordinates do not fit the format.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from ffdstudio import read_mesh
+    >>> from ffdstudio.samples import sample
+    >>> mesh = read_mesh(sample("naca0012.su2"))
+    >>> path = Path(tempfile.mkdtemp()) / "moved.su2"
+    >>> write_mesh(mesh, path, points=mesh.points + [0, 0.25, 0])
+    >>> float(read_mesh(path).points[0, 1] - mesh.points[0, 1])
+    0.25
     """
     target = as_path(path)
-    if not isinstance(mesh, Mesh):
+    if not hasattr(mesh, "template"):
         raise InputError(f"a mesh is needed, got {mesh!r}")
     if points is not None:
         mesh = mesh.with_points(points)

@@ -80,7 +80,7 @@ def inverted(mesh: Mesh, points: ArrayLike | None = None) -> Inverted:
 
 def deformed(mesh: Mesh, points: ArrayLike | None) -> Array:
     """Coordinates as an array that fits the mesh."""
-    if not isinstance(mesh, Mesh):
+    if not hasattr(mesh, "points"):
         raise InputError(f"a mesh is needed, got {mesh!r}")
     new = mesh.points if points is None else numbers(points, "the points given")
     if new.shape != mesh.points.shape:
