@@ -8,7 +8,7 @@ from __future__ import annotations
 import importlib
 import os
 import sys
-from pathlib import Path
+from pathlib import Path, PurePath
 
 from ffdstudio.cli.main import COMMANDS, complain
 from ffdstudio.cli.main import main as command_line
@@ -17,9 +17,7 @@ from ffdstudio.cli.main import main as command_line
 def main() -> int:
     """Run `ffdstudio` and return the exit code."""
     arguments = sys.argv[1:]
-    if wants_window(arguments):
-        return _window(arguments)
-    return command_line(arguments)
+    return command_line(arguments, _window if wants_window(arguments) else None)
 
 
 def wants_window(arguments: list[str]) -> bool:
@@ -35,13 +33,16 @@ def wants_window(arguments: list[str]) -> bool:
     first = arguments[0]
     if first.startswith("-") or first in COMMANDS:
         return False
-    return Path(first).exists() or Path(first).suffix != "" or os.sep in first
+    there = os.path.exists(first)  # noqa: PTH110 - never raises, as Path.exists does
+    return there or PurePath(first).suffix != "" or os.sep in first
 
 
 def _window(paths: list[str]) -> int:
-    missing = [path for path in paths if not Path(path).exists()]
-    if missing:
-        return complain(f"cannot open {missing[0]}: no such file or directory")
+    for path in paths:
+        try:
+            Path(path).stat()
+        except OSError as error:
+            return complain(f"cannot open {path}: {(error.strerror or '').lower()}")
     if not _has_display():
         return complain(
             "there is no display for the window "

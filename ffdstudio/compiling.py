@@ -1,9 +1,22 @@
-"""How kernels are compiled: without the interpreter lock, and kept on disk where possible."""
+"""How kernels are compiled: without the interpreter lock, and kept on disk where possible.
+
+1. The disk cache only saves time. Whatever is wrong with it (no folder, no room, a file that
+   was cut off or damaged) is a reason to compile, never to fail.
+2. numba reads and writes it at the first call with a signature, so that is guarded in the cache
+   itself; calls from compiled code and all later ones are numba's own and cost nothing more.
+3. Damaged machine code would crash the process: each file ends with a digest of the rest.
+"""
 
 from __future__ import annotations
 
+import functools
+import hashlib
+import pickle
 from collections.abc import Callable
+from contextlib import suppress
 from typing import Any
+
+DIGEST = 32  # bytes of SHA-256
 
 
 def compiled(function: Callable[..., Any], **options: Any) -> Any:
@@ -14,8 +27,63 @@ def compiled(function: Callable[..., Any], **options: Any) -> Any:
     from numba import njit
     from numba.core.errors import NumbaError
 
-    options = {"nogil": True, "error_model": "numpy", **options}
-    try:
-        return njit(cache=True, **options)(function)
-    except (RuntimeError, NumbaError):  # no writable folder for the cache
-        return njit(**options)(function)
+    dispatcher = njit(**{"nogil": True, "error_model": "numpy", **options})(function)
+    if dispatcher is not function:  # as it is when NUMBA_DISABLE_JIT is set
+        with suppress(RuntimeError, OSError, NumbaError):  # no writable folder for the cache
+            dispatcher._cache = _cache_class()(function)
+    return dispatcher
+
+
+@functools.cache
+def _cache_class() -> Any:
+    """Cache of numba that never fails; made on first use, since numba takes its time."""
+    from numba.core.caching import FunctionCache, IndexDataCacheFile
+
+    class CheckedFile(IndexDataCacheFile):
+        def _dump(self, value: object) -> bytes:
+            return sealed(super()._dump(value))
+
+        def _load_data(self, name: str) -> Any:
+            with open(self._data_path(name), "rb") as stream:  # noqa: PTH123 - as numba does
+                return pickle.loads(unsealed(stream.read()))
+
+    class ForgivingCache(FunctionCache):
+        def __init__(self, function: Callable[..., Any]) -> None:
+            super().__init__(function)
+            plain = self._cache_file
+            self._cache_file = CheckedFile(
+                plain._cache_path, self._impl.filename_base, plain._source_stamp
+            )
+
+        def load_overload(self, signature: Any, context: Any) -> Any:
+            try:
+                return super().load_overload(signature, context)
+            except Exception:
+                with suppress(Exception):
+                    self.flush()  # or no process would find anything in it any more
+                return None
+
+        def save_overload(self, signature: Any, data: Any) -> None:
+            with suppress(Exception):
+                super().save_overload(signature, data)
+
+    return ForgivingCache
+
+
+def sealed(data: bytes) -> bytes:
+    """Data with its digest behind it, which pickle does not look at."""
+    return data + hashlib.sha256(data).digest()
+
+
+def unsealed(data: bytes) -> bytes:
+    """Data without its digest; raises `ValueError` if they do not belong together.
+
+    Examples
+    --------
+    >>> unsealed(sealed(b"abc"))
+    b'abc'
+    """
+    content = data[:-DIGEST]
+    if hashlib.sha256(content).digest() != data[-DIGEST:]:
+        raise ValueError("a file of the cache is damaged")
+    return content

@@ -9,8 +9,9 @@
 4. A symbolic link stays one, its target is replaced. A device or a pipe (/dev/stdout)
    cannot be replaced, so it is written straight away. A file that its owner has made
    read-only is refused, though a rename would get past it.
-5. Files that belong together (a deck and what it includes) are all written before the first
-   of them is renamed; should a rename fail, those before it are put back.
+5. Files that belong together (a deck and what it includes, all meshes of a morph) are all
+   written before the first of them is renamed; should a rename fail, those before it are put
+   back. Until then they have a second name, so that putting back needs neither memory nor room.
 """
 
 from __future__ import annotations
@@ -21,15 +22,19 @@ import os
 import platform
 import re
 import secrets
+import shutil
 import stat
 import time
 import zlib
 from collections.abc import Iterable, Iterator
+from contextvars import ContextVar
 from pathlib import Path
 
 from ffdstudio.errors import InputError
 
 STALE = 3600.0  # seconds after which nobody writes on
+Staged = list[tuple[Path, Path | None]]  # target, and the file to be renamed to it; None: removed
+_waiting: ContextVar[Staged | None] = ContextVar("waiting", default=None)
 
 
 def read_bytes(path: str | os.PathLike[str]) -> bytes:
@@ -86,30 +91,76 @@ def write_together(files: Iterable[tuple[str | os.PathLike[str], bytes]]) -> Non
     InputError
         If one cannot be written; the message names it.
     """
-    staged: list[tuple[Path, Path]] = []
-    try:
+    with together() as staged:
         for path, data in files:
             with _failure_named(path):
                 _stage(Path(os.path.realpath(path)), data, staged)
+
+
+def remove(path: str | os.PathLike[str]) -> None:
+    """Remove a file, if it is there; within `together` when all others are in place.
+
+    Raises
+    ------
+    InputError
+        If it cannot be removed.
+    """
+    with together() as staged:
+        staged.append((Path(path), None))
+
+
+@contextlib.contextmanager
+def together() -> Iterator[Staged]:
+    """Hold back what is written inside: in the end all of it is put in place, or nothing.
+
+    What is held back lies on the disk already, not in memory. A pipe or device is written at once.
+
+    Raises
+    ------
+    InputError
+        If one of the files cannot be put in place; the message names it.
+
+    Examples
+    --------
+    >>> import tempfile, pathlib
+    >>> target = pathlib.Path(tempfile.mkdtemp()) / "a.txt"
+    >>> with together():
+    ...     write_bytes(target, b"abc")
+    ...     print(target.exists())
+    False
+    >>> target.exists()
+    True
+    """
+    outer = _waiting.get()
+    if outer is not None:
+        before = len(outer)
+        try:
+            yield outer
+        except BaseException:
+            _clear(temporary for _, temporary in outer[before:])
+            del outer[before:]
+            raise
+        return
+    staged: Staged = []
+    token = _waiting.set(staged)
+    try:
+        yield staged
         _put(staged)
-    except BaseException:  # an interrupt leaves no litter either
-        for temporary, _ in staged:
-            with contextlib.suppress(OSError):
-                temporary.unlink(missing_ok=True)
-        raise
-    for folder in {target.parent for _, target in staged}:
+    finally:  # an interrupt leaves no litter either
+        _waiting.reset(token)
+        _clear(temporary for _, temporary in staged)
+    for folder in {target.parent for target, _ in staged}:
         _flush_folder(folder)
 
 
-def _stage(target: Path, data: bytes, staged: list[tuple[Path, Path]]) -> None:
+def _stage(target: Path, data: bytes, staged: Staged) -> None:
     """Write the data beside its target, under a temporary name that `staged` remembers."""
     mode = _mode_to_keep(target)
     with contextlib.suppress(OSError, ValueError):
         _remove_litter(target)
-    owner = f"{_machine()}.{os.getpid()}"
-    temporary = target.with_name(f".{target.name[:40]}.{owner}.{secrets.token_hex(4)}")
+    temporary = _name_beside(target)
     with temporary.open("xb") as stream:
-        staged.append((temporary, target))
+        staged.append((target, temporary))
         stream.write(data)
         stream.flush()
         os.fsync(stream.fileno())
@@ -146,20 +197,60 @@ def _is_alive(process: int) -> bool:
     return True
 
 
-def _put(staged: list[tuple[Path, Path]]) -> None:
+def _name_beside(target: Path) -> Path:
+    owner = f"{_machine()}.{os.getpid()}"
+    return target.with_name(f".{target.name[:40]}.{owner}.{secrets.token_hex(4)}")
+
+
+def _put(staged: Staged) -> None:
     """Rename all; a single file needs nothing kept to be put back."""
-    before: list[tuple[Path, bytes | None]] = []
+    if len(staged) == 1:
+        with _failure_named(staged[0][0]):
+            _replace(*staged[0])
+        return
+    kept: list[tuple[Path, Path | None]] = []
     try:
-        for temporary, target in staged:
+        for target, temporary in staged:
             with _failure_named(target):
-                old = target.read_bytes() if len(staged) > 1 and target.exists() else None
-                temporary.replace(target)
-            before.append((target, old))
+                kept.append((target, _second_name(target)))
+                _replace(target, temporary)
     except BaseException:
-        for target, old in before:
-            with contextlib.suppress(OSError, InputError):
-                target.unlink() if old is None else write_bytes(target, old)
+        for target, old in reversed(kept):
+            with contextlib.suppress(OSError):
+                _replace(target, old)
         raise
+    finally:
+        _clear(old for _, old in kept)
+
+
+def _replace(target: Path, other: Path | None) -> None:
+    if other is None:
+        target.unlink(missing_ok=True)
+    else:
+        other.replace(target)
+
+
+def _second_name(target: Path) -> Path | None:
+    """Another name of a file that is to be replaced; a copy where a disk knows no second names."""
+    if not target.exists():
+        return None
+    name = _name_beside(target)
+    try:
+        os.link(target, name)
+    except OSError:
+        try:
+            shutil.copy2(target, name)
+        except BaseException:
+            _clear([name])
+            raise
+    return name
+
+
+def _clear(temporary: Iterable[Path | None]) -> None:
+    for path in temporary:
+        if path is not None:
+            with contextlib.suppress(OSError):
+                path.unlink(missing_ok=True)
 
 
 @contextlib.contextmanager

@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 
 from ffdstudio.errors import InputError
-from ffdstudio.files import read_bytes, write_bytes
+from ffdstudio.files import read_bytes, remove, together, write_bytes
 
 OLD, NEW = b"old content\n", b"new content\n" * 1000
 
@@ -271,3 +271,48 @@ def test_impossible_paths_are_named_with_the_cause(tmp_path, monkeypatch, path, 
         assert repr(path) in str(caught.value)
         assert "\n" not in str(caught.value)
     assert only_file_in(tmp_path).read_bytes() == OLD
+
+
+@pytest.mark.parametrize("links", [True, False])
+@pytest.mark.parametrize("failing", [1, 2, 3])
+def test_what_is_written_together_is_put_in_place_together_or_not_at_all(
+    tmp_path, monkeypatch, failing, links
+):
+    old, new, gone = (tmp_path / name for name in ("old", "new", "gone"))
+    old.write_bytes(OLD), gone.write_bytes(OLD)
+    calls, plain = [], Path.replace
+
+    def replace(self, target):
+        calls.append(target)
+        return fail() if len(calls) == failing else plain(self, target)
+
+    if not links:  # as on a FAT disk
+        monkeypatch.setattr(os, "link", fail)
+
+    def write():
+        with together():
+            remove(gone)
+            write_bytes(old, NEW)
+            write_bytes(new, NEW)
+            assert old.read_bytes() == gone.read_bytes() == OLD
+            assert not new.exists()
+
+    with monkeypatch.context() as patch:
+        patch.setattr(Path, "replace", replace)
+        if failing < 3:
+            with pytest.raises(InputError, match="input/output error"):
+                write()
+            assert sorted(tmp_path.iterdir()) == [gone, old]
+            assert old.read_bytes() == gone.read_bytes() == OLD
+            return
+        write()
+    assert sorted(tmp_path.iterdir()) == [new, old]
+    assert old.read_bytes() == new.read_bytes() == NEW
+
+
+def test_one_that_fails_among_those_held_back_leaves_nothing_of_itself(tmp_path, target):
+    with together():
+        write_bytes(target, NEW)
+        with pytest.raises(InputError):
+            write_bytes(tmp_path / "no" / "file", NEW)
+    assert only_file_in(tmp_path).read_bytes() == NEW

@@ -14,6 +14,7 @@ from typing import Any
 from ffdstudio.cli.demos import contour, morphing, pressure
 from ffdstudio.cli.morph import make_folder
 from ffdstudio.cli.output import emit, note
+from ffdstudio.cli.parsing import named
 from ffdstudio.files import write_bytes
 
 CASES: dict[str, Any] = {"morphing": morphing, "contour": contour, "pressure": pressure}
@@ -26,7 +27,12 @@ HELP = (
 def add(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
     parser.add_argument(
-        "-o", "--output", default="demo-results", metavar="DIR", help="folder (demo-results)"
+        "-o",
+        "--output",
+        type=named,
+        default="demo-results",
+        metavar="DIR",
+        help="folder (demo-results)",
     )
     parser.add_argument("--case", choices=tuple(CASES), help=HELP)
     parser.add_argument("--json", action="store_true", help="print one JSON object")

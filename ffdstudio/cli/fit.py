@@ -7,7 +7,7 @@ from pathlib import Path
 
 from ffdstudio.cli.morph import make_folder
 from ffdstudio.cli.output import emit, note
-from ffdstudio.cli.parsing import fraction, whole
+from ffdstudio.cli.parsing import fraction, named, whole
 from ffdstudio.cli.study_files import write_common, write_contour
 from ffdstudio.engine.knots import Array
 from ffdstudio.optimize import FitResult, plots
@@ -46,7 +46,7 @@ def add(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--evaluations", type=whole, help="budget of evaluations")
     parser.add_argument("--iterations", type=whole, help="budget of iterations")
     parser.add_argument("--tolerance", type=fraction, help="RMS to reach; exit code 1 if missed")
-    parser.add_argument("-o", "--output", metavar="DIR", help="folder for results")
+    parser.add_argument("-o", "--output", type=named, metavar="DIR", help="folder for results")
     parser.add_argument("--json", action="store_true", help="print one JSON object")
 
 

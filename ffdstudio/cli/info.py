@@ -80,8 +80,11 @@ def _embedded(path: str) -> list[dict[str, Any]]:
         return []
     from ffdstudio.exchange import su2
 
-    tags = su2.tags(read_bytes(path), path)
-    return [{"tag": tag, **_lattice(read_lattice_file(path, tag).rest)} for tag in tags]
+    boxes = su2.lattices(read_bytes(path), path)
+    return [
+        {"tag": tag, **(_lattice(box) if isinstance(box, Lattice) else {"broken": str(box)})}
+        for tag, box in boxes
+    ]
 
 
 def _lattice(lattice: Lattice) -> dict[str, Any]:

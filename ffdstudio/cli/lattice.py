@@ -8,20 +8,24 @@
 from __future__ import annotations
 
 import argparse
+import math
+from collections.abc import Sequence
 
 import numpy as np
 
 from ffdstudio.cli.output import emit, sized
-from ffdstudio.cli.parsing import axes, fraction, whole
+from ffdstudio.cli.parsing import axes, fraction, named, whole
 from ffdstudio.engine import Lattice
 from ffdstudio.engine.boxes import Frame
+from ffdstudio.engine.frozen import leaves_some
 from ffdstudio.errors import InputError
 from ffdstudio.exchange import write_lattice
 from ffdstudio.meshes import Mesh, read_mesh
 from ffdstudio.meshes.planes import planes_of
 from ffdstudio.project.freezing import Face, advice, face_name, suggested
-from ffdstudio.project.model import leaves_some
 from ffdstudio.project.seating import seat_sentence, seated
+
+MOST = 1_000_000  # control points; no file or solver has room for more
 
 
 def add(parser: argparse.ArgumentParser) -> None:
@@ -65,7 +69,9 @@ def add(parser: argparse.ArgumentParser) -> None:
         help="frozen outer layers (default: 1 where mesh lies on both sides of a face, else 0)",
     )
     parser.add_argument("--units", default="", help="unit of length, for the record")
-    parser.add_argument("-o", "--output", required=True, metavar="LATTICE", help="lattice file")
+    parser.add_argument(
+        "-o", "--output", type=named, required=True, metavar="LATTICE", help="lattice file"
+    )
     parser.add_argument("--json", action="store_true", help="print one JSON object")
 
 
@@ -73,7 +79,7 @@ def run(args: argparse.Namespace) -> int:
     """Make the lattice and write it."""
     mesh = read_mesh(args.file)
     nodes = mesh.points[mesh.marker_nodes(*args.marker)] if args.marker else mesh.points
-    shape = tuple(args.shape or (8, 6, 4)[: mesh.dimension])
+    shape = _shape(args.shape or (8, 6, 4)[: mesh.dimension])
     if not 1 <= len(shape) <= 3:
         raise InputError(f"--shape takes 1 to 3 numbers, got {len(shape)}")
     lattice, planes = around(mesh, nodes, shape, _degrees(args.degree, shape), args)
@@ -115,6 +121,16 @@ def _freezing(
             f"{where}, but {sized(lattice.shape)} points leave none to freeze: nothing is frozen."
         )
     return line
+
+
+def _shape(counts: Sequence[int]) -> tuple[int, ...]:
+    points = math.prod(counts)
+    if points > MOST:
+        raise InputError(
+            f"--shape {sized(tuple(counts))}: these are {points:,} control points, "
+            f"more than the {MOST:,} that a lattice may have"
+        )
+    return tuple(counts)
 
 
 def around(

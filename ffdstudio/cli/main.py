@@ -4,7 +4,8 @@
    ``--help`` stay as fast as Python itself.
 2. Exit codes: 0 done; 1 done, but the result breaks a promise; 2 bad input or usage, with
    one line on stderr; 130 interrupted.
-3. Results go to stdout, everything else to stderr.
+3. Results go to stdout, everything else to stderr. One that is closed takes what it gets, and
+   what an encoding cannot say is written as an escape: a result is not lost to its last word.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ import importlib
 import os
 import sys
 import warnings
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import NoReturn, TextIO
 
 from ffdstudio import __version__
@@ -35,11 +36,12 @@ COMMANDS = {
 _WINDOW = "PROJECT or MESH instead of a command, or nothing, opens the window"
 
 
-def main(argv: Sequence[str] | None = None) -> int:
-    """Run the command line and return the exit code."""
+def main(argv: Sequence[str] | None = None, run: Callable[[list[str]], int] | None = None) -> int:
+    """Run the command line, or something else on its arguments, and return the exit code."""
     arguments = sys.argv[1:] if argv is None else list(argv)
+    _open_streams()
     try:
-        return guarded(arguments)
+        return guarded(arguments, run or _run)
     except BrokenPipeError:  # whoever read our output has gone: nothing left to say
         _drop_output()
         return 141
@@ -47,13 +49,10 @@ def main(argv: Sequence[str] | None = None) -> int:
         return 130
 
 
-def guarded(arguments: Sequence[str]) -> int:
+def guarded(arguments: list[str], run: Callable[[list[str]], int]) -> int:
     """Run a command; whatever goes wrong in it becomes one line."""
     try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            warnings.showwarning = _show_warning
-            code = _run(arguments)
+        code = run(arguments)
         sys.stdout.flush()
         return code
     except InputError as error:
@@ -64,7 +63,7 @@ def guarded(arguments: Sequence[str]) -> int:
         raise
     except OSError as error:  # standard output on a full disk, for example
         _drop_output()
-        return complain(str(error.strerror or error).lower())
+        return complain(_sentence_of(error))
     except Exception as error:
         if os.environ.get("FFDSTUDIO_DEBUG"):
             raise
@@ -72,6 +71,20 @@ def guarded(arguments: Sequence[str]) -> int:
             f"a fault of ffdstudio itself, {type(error).__name__}: {error} "
             "(set FFDSTUDIO_DEBUG=1 to see where)"
         )
+
+
+def _sentence_of(error: OSError) -> str:
+    cause = str(error.strerror or error).lower()
+    return cause if error.filename is None else f"{os.fsdecode(error.filename)}: {cause}"
+
+
+def _open_streams() -> None:
+    for name in ("stdout", "stderr"):
+        stream = getattr(sys, name)
+        if stream is None:
+            setattr(sys, name, open(os.devnull, "w"))  # noqa: PTH123, SIM115 - for good
+        elif hasattr(stream, "reconfigure"):
+            stream.reconfigure(errors="backslashreplace")
 
 
 def _drop_output() -> None:
@@ -94,7 +107,14 @@ class Parser(argparse.ArgumentParser):
         raise InputError(f"{message} (see {self.prog} --help)")
 
 
-def _run(arguments: Sequence[str]) -> int:
+def _run(arguments: list[str]) -> int:
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        warnings.showwarning = _show_warning
+        return _command(arguments)
+
+
+def _command(arguments: list[str]) -> int:
     name = next((word for word in arguments if not word.startswith("-")), "")
     parser = _parser(name)
     args = parser.parse_args(arguments)

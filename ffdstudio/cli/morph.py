@@ -1,9 +1,9 @@
 """``ffdstudio morph``: meshes deformed by one lattice.
 
-Everything is computed before anything is written, so bad input in the last mesh leaves no
-first one behind. A point's new place depends on the point and the lattices alone; nodes of
-different meshes that coincide therefore stay coincident to the bit. What a deformation does
-to planes, pairs and smoothness is said before anything is written.
+Everything is computed before anything is written, and put in place together: bad input in the
+last mesh or a full disk leave no first one behind. A point's new place depends on the point and
+the lattices alone; nodes of different meshes that coincide therefore stay coincident to the bit.
+What a deformation does to planes, pairs and smoothness is said before anything is written.
 """
 
 from __future__ import annotations
@@ -17,15 +17,17 @@ from typing import Any
 import numpy as np
 
 from ffdstudio.cli.output import emit, note
-from ffdstudio.cli.parsing import assignment, whole
+from ffdstudio.cli.parsing import assignment, named, shortened, whole
 from ffdstudio.engine import Lattice, embed
 from ffdstudio.engine.folds import Folds, folds
+from ffdstudio.engine.frozen import frozen_mask
 from ffdstudio.engine.knots import Array
 from ffdstudio.errors import InputError
 from ffdstudio.exchange import LatticeFile, read_lattice_file
 from ffdstudio.exchange.morphed import BOXES, write_morphed
+from ffdstudio.files import together
 from ffdstudio.meshes import Mesh, read_mesh
-from ffdstudio.project.model import frozen_mask
+from ffdstudio.paths import exists, is_folder, is_same
 from ffdstudio.project.remarks import remarks
 
 FARTHEST = 1e100  # beyond it lengths and volumes are no numbers any more
@@ -37,7 +39,12 @@ def add(parser: argparse.ArgumentParser) -> None:
         "files", nargs="+", metavar="MESH ... LATTICE", help="meshes, a lattice last"
     )
     parser.add_argument(
-        "-o", "--output", required=True, metavar="OUT", help="mesh file; a folder for several"
+        "-o",
+        "--output",
+        type=named,
+        required=True,
+        metavar="OUT",
+        help="mesh file; a folder for several",
     )
     parser.add_argument(
         "--move",
@@ -90,9 +97,7 @@ def run(args: argparse.Namespace) -> int:
         note(f"{lattice_file} holds {len(content.blocks)} lattices; the first is taken (--block)")
     rest, current = edited(content, args.move, args.weight, args.frozen)
     targets = _targets(sources, Path(args.output))
-    for source, target in zip(sources, targets, strict=True):
-        if target.exists() and target.samefile(source):
-            raise InputError(f"{target}: this would overwrite the mesh that is read")
+    _check_kept(targets, sources, lattice_file)
     morphs = [
         morphed(source, target, rest, current)
         for source, target in zip(sources, targets, strict=True)
@@ -102,8 +107,9 @@ def run(args: argparse.Namespace) -> int:
             note(f"warning: {morph.source}: {warning}")
     if len(sources) > 1:
         make_folder(Path(args.output))
-    for morph in morphs:
-        write_morphed(morph.mesh, morph.target, morph.points, [(rest, current)], args.boxes)
+    with together():
+        for morph in morphs:
+            write_morphed(morph.mesh, morph.target, morph.points, [(rest, current)], args.boxes)
     folded = folds(current, rest)
     result = {**_together([morph.result for morph in morphs]), **_invertible(folded)}
     lines = [*map(_line, morphs), _folds_line(folded)]
@@ -120,12 +126,13 @@ def edited(
     for text in moves:
         index, vector = assignment(text, "--move", rest)
         if len(vector) not in ({2, 3} if rest.dimension == 2 else {3}):
-            raise InputError(f"--move {text}: three displacements are needed")
+            count = "two or three" if rest.dimension == 2 else "three"
+            raise InputError(f"--move {shortened(text)}: {count} displacements are needed")
         points[index][: len(vector)] += vector
     for text in weights:
         index, value = assignment(text, "--weight", rest)
         if len(value) != 1 or value[0] <= 0:
-            raise InputError(f"--weight {text}: one positive number is needed")
+            raise InputError(f"--weight {shortened(text)}: one positive number is needed")
         values[index] = value[0]
     if frozen is None:
         mask = frozen_mask(rest.shape, content.frozen, content.open_faces)
@@ -172,14 +179,22 @@ def measured(mesh: Mesh, points: Array) -> dict[str, Any]:
 
 def _targets(sources: list[str], out: Path) -> list[Path]:
     """Where each mesh goes: the file OUT, or its name in the folder OUT."""
-    if len(sources) == 1 and not out.is_dir():
+    if len(sources) == 1 and not is_folder(out):
         return [out]
-    if out.exists() and not out.is_dir():
+    if exists(out) and not is_folder(out):
         raise InputError(f"{out}: several meshes need a folder, this is a file")
     names = [Path(source).name for source in sources]
     if len(set(names)) < len(names):
         raise InputError("two of the meshes have the same name: one folder cannot hold both")
     return [out / name for name in names]
+
+
+def _check_kept(targets: list[Path], sources: list[str], lattice_file: str) -> None:
+    """Refuse to overwrite what is read."""
+    for target in targets:
+        for path, what in (*((source, "mesh") for source in sources), (lattice_file, "lattice")):
+            if is_same(target, path):
+                raise InputError(f"{target}: this would overwrite the {what} that is read")
 
 
 def make_folder(folder: Path) -> None:

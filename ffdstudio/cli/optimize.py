@@ -9,6 +9,7 @@ from typing import Any
 
 from ffdstudio.cli.morph import make_folder, measured
 from ffdstudio.cli.output import emit, note
+from ffdstudio.cli.parsing import named
 from ffdstudio.cli.study_files import write_common, write_contour
 from ffdstudio.engine import Lattice, embed
 from ffdstudio.engine.knots import Array
@@ -32,7 +33,9 @@ def add(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
     parser.epilog = f"Example cases, one for each kind of objective: {EXAMPLES}"
     parser.add_argument("case", metavar="CASE", help="case file, TOML")
-    parser.add_argument("-o", "--output", metavar="DIR", help="folder for log and results")
+    parser.add_argument(
+        "-o", "--output", type=named, metavar="DIR", help="folder for log and results"
+    )
     parser.add_argument("--resume", action="store_true", help="go on where the log in DIR ends")
     parser.add_argument("--json", action="store_true", help="print one JSON object")
 

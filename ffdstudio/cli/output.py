@@ -13,7 +13,9 @@ import numpy as np
 def emit(result: Mapping[str, Any], text: str, as_json: bool) -> None:
     """Print a result: the object with ``--json``, else the text."""
     if as_json:
-        print(json.dumps(result, allow_nan=False, default=_plain, ensure_ascii=False))
+        # what the stream cannot say it would write as escapes of Python, which JSON does not know
+        escaped = "utf" not in (sys.stdout.encoding or "").lower()
+        print(json.dumps(result, allow_nan=False, default=_plain, ensure_ascii=escaped))
     else:
         print(text)
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 
 from ffdstudio.cli.output import emit, note
+from ffdstudio.cli.parsing import named
 from ffdstudio.project.replaying import export, replay
 
 
@@ -12,7 +13,12 @@ def add(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
     parser.add_argument("journal", metavar="JOURNAL", help="file with one command a line")
     parser.add_argument(
-        "-o", "--output", default=".", metavar="DIR", help="folder for the meshes (default: here)"
+        "-o",
+        "--output",
+        type=named,
+        default=".",
+        metavar="DIR",
+        help="folder for the meshes (default: here)",
     )
     parser.add_argument("--json", action="store_true", help="print one JSON object")
 

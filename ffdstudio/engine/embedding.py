@@ -92,6 +92,17 @@ class Embedding:
         (n,) distance |R(u) - x| along the lattice's axes; infinite outside.
     iterations : numpy.ndarray
         (n,) evaluations of R that the search needed; 0 in closed form.
+
+    Examples
+    --------
+    >>> from ffdstudio import Lattice, embed
+    >>> box = Lattice.box([0, 0, 0], [1, 1, 1], shape=(2, 2, 2))
+    >>> embedding = embed(box, [[0.5, 0.5, 0.5], [2, 0, 0]])
+    >>> embedding.inside
+    array([ True, False])
+    >>> embedding.deform(box.moved(box.control_points * [1, 1, 3]))
+    array([[0.5, 0.5, 1.5],
+           [2. , 0. , 0. ]])
     """
 
     def __init__(self, lattice: Lattice, points: Array, found: Inversion) -> None:
@@ -111,7 +122,17 @@ class Embedding:
 
     @property
     def parameters(self) -> Array:
-        """(n, d) parametric coordinates, NaN for points outside."""
+        """(n, d) parametric coordinates, NaN for points outside.
+
+        Examples
+        --------
+        >>> from ffdstudio import Lattice, embed
+        >>> line = Lattice.box([0], [2], shape=(2,))
+        >>> bound = embed(line, [[0.5, 7, 7], [3, 0, 0]])
+        >>> bound.parameters
+        array([[0.5],
+               [nan]])
+        """
         return self._deformer.parameters()
 
     def deform(self, current: Lattice, out: Array | None = None) -> Array:
@@ -133,6 +154,15 @@ class Embedding:
         ------
         InputError
             If `current` has other degrees or knots than the rest lattice.
+
+        Examples
+        --------
+        >>> from ffdstudio import Lattice, embed
+        >>> line = Lattice.box([0], [2], shape=(2,))
+        >>> bound = embed(line, [[0.5, 7, 7], [3, 0, 0]])
+        >>> bound.deform(line.moved([[0, 0, 0], [2, 4, 0]]))
+        array([[0.5, 8. , 7. ],
+               [3. , 0. , 0. ]])
         """
         return self._deformer.deform(current, out)
 
@@ -145,6 +175,16 @@ class Embedding:
             The lattice when the drag begins.
         control_points : array_like
             Flat indices of the control points that move.
+
+        Examples
+        --------
+        >>> from ffdstudio import Lattice, embed
+        >>> line = Lattice.box([0], [2], shape=(2,))
+        >>> bound = embed(line, [[0.5, 7, 7], [3, 0, 0]])
+        >>> points = bound.deform(line)
+        >>> bound.drag(line, [1]).move([0, 4, 0], points)
+        array([[0.5, 8. , 7. ],
+               [3. , 0. , 0. ]])
         """
         from ffdstudio.engine.drag import Drag
 
@@ -154,6 +194,15 @@ class Embedding:
         """Sparse (n, number of control points) derivative of points by control points.
 
         The same for each coordinate: dx/dP_i = w_i B_i(u) / W(u). Rows outside are empty.
+
+        Examples
+        --------
+        >>> from ffdstudio import Lattice, embed
+        >>> line = Lattice.box([0], [2], shape=(2,))
+        >>> bound = embed(line, [[0.5, 7, 7], [3, 0, 0]])
+        >>> bound.jacobian(line).toarray()
+        array([[0.75, 0.25],
+               [0.  , 0.  ]])
         """
         from ffdstudio.engine.jacobians import jacobian
 
@@ -164,6 +213,14 @@ class Embedding:
         """(n, 3, number of control points) derivative of points by weights.
 
         dx/dw_i = B_i(u) (P_i - R(u)) / W(u).
+
+        Examples
+        --------
+        >>> from ffdstudio import Lattice, embed
+        >>> line = Lattice.box([0], [2], shape=(2,))
+        >>> bound = embed(line, [[0.5, 7, 7], [3, 0, 0]])
+        >>> bound.weight_jacobian(line)[0, 0]
+        array([-0.375,  0.375])
         """
         from ffdstudio.engine.jacobians import weight_jacobian
 
@@ -179,6 +236,14 @@ class Embedding:
             State of the lattice.
         d_points : array_like
             Motion of the control points, shaped like them.
+
+        Examples
+        --------
+        >>> from ffdstudio import Lattice, embed
+        >>> line = Lattice.box([0], [2], shape=(2,))
+        >>> bound = embed(line, [[0.5, 7, 7], [3, 0, 0]])
+        >>> bound.jacobian_product(line, [[0, 0, 0], [0, 0, 4]])[0]
+        array([0., 0., 1.])
         """
         from ffdstudio.engine.products import jacobian_product
 
@@ -198,19 +263,46 @@ class Embedding:
         -------
         numpy.ndarray
             Shaped like the control points.
+
+        Examples
+        --------
+        >>> from ffdstudio import Lattice, embed
+        >>> line = Lattice.box([0], [2], shape=(2,))
+        >>> bound = embed(line, [[0.5, 7, 7], [3, 0, 0]])
+        >>> bound.jacobian_pullback(line, [[0, 0, 4], [0, 0, 9]])
+        array([[0., 0., 3.],
+               [0., 0., 1.]])
         """
         from ffdstudio.engine.products import jacobian_pullback
 
         return jacobian_pullback(self._deformer, current, sensitivities)
 
     def weight_product(self, current: Lattice, d_weights: ArrayLike) -> Array:
-        """(n, 3) motion of the points per change of the weights, shaped like the lattice's."""
+        """(n, 3) motion of the points per change of the weights, shaped like the lattice's.
+
+        Examples
+        --------
+        >>> from ffdstudio import Lattice, embed
+        >>> line = Lattice.box([0], [2], shape=(2,))
+        >>> bound = embed(line, [[0.5, 7, 7], [3, 0, 0]])
+        >>> bound.weight_product(line, [0, 1])[0]
+        array([0.375, 0.   , 0.   ])
+        """
         from ffdstudio.engine.products import weight_product
 
         return weight_product(self._deformer, current, d_weights)
 
     def weight_pullback(self, current: Lattice, sensitivities: ArrayLike) -> Array:
-        """Gradient by the weights, shaped like them, from (n, 3) sensitivities."""
+        """Gradient by the weights, shaped like them, from (n, 3) sensitivities.
+
+        Examples
+        --------
+        >>> from ffdstudio import Lattice, embed
+        >>> line = Lattice.box([0], [2], shape=(2,))
+        >>> bound = embed(line, [[0.5, 7, 7], [3, 0, 0]])
+        >>> bound.weight_pullback(line, [[8, 0, 0], [0, 0, 0]])
+        array([-3.,  3.])
+        """
         from ffdstudio.engine.products import weight_pullback
 
         return weight_pullback(self._deformer, current, sensitivities)
@@ -227,6 +319,15 @@ class Embedding:
         ------
         InputError
             If the domains of the two lattices differ, so that parameters cannot carry over.
+
+        Examples
+        --------
+        >>> from ffdstudio import Lattice, embed
+        >>> line = Lattice.box([0], [2], shape=(2,))
+        >>> bound = embed(line, [[0.5, 7, 7], [3, 0, 0]])
+        >>> finer = line.insert_knots(0, [1.0])
+        >>> bound.refined(finer).jacobian(finer).toarray()[0]
+        array([0.5, 0.5, 0. ])
         """
         if not np.array_equal(finer.domain, self.lattice.domain):
             raise InputError(

@@ -233,12 +233,24 @@ class Lattice:
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """Control points in each direction."""
+        """Control points in each direction.
+
+        Examples
+        --------
+        >>> Lattice.box([0, 0], [1, 1], shape=(5, 4)).shape
+        (5, 4)
+        """
         return self.weights.shape
 
     @property
     def dimension(self) -> int:
-        """Number of parametric directions, 1 to 3."""
+        """Number of parametric directions, 1 to 3.
+
+        Examples
+        --------
+        >>> Lattice.box([0, 0], [1, 1], shape=(5, 4)).dimension
+        2
+        """
         return len(self.degrees)
 
     @property
@@ -246,29 +258,63 @@ class Lattice:
         """Diagonal of the bounding box of the control points, the length that tolerances refer to.
 
         With fewer than three directions it is measured along the lattice's axes.
+
+        Examples
+        --------
+        >>> Lattice.box([0, 0], [3, 4], shape=(2, 2)).diagonal
+        5.0
         """
         flat = self.control_points.reshape(-1, 3) @ self.axes.T
         return float(np.linalg.norm(np.ptp(flat, axis=0)))
 
     @property
     def domain(self) -> Array:
-        """(d, 2) lowest and highest parameter of each direction."""
+        """(d, 2) lowest and highest parameter of each direction.
+
+        Examples
+        --------
+        >>> Lattice.box([0, 0], [3, 4], shape=(2, 2)).domain
+        array([[0., 3.],
+               [0., 4.]])
+        """
         return np.array([[u[0], u[-1]] for u in self.knots])
 
     @property
     def homogeneous(self) -> Array:
-        """(..., 4) control points times weight, and the weight."""
+        """(..., 4) control points times weight, and the weight.
+
+        Examples
+        --------
+        >>> Lattice([1], [[0, 0, 1, 1]], [[0, 0, 0], [3, 0, 0]], weights=[1, 2]).homogeneous
+        array([[0., 0., 0., 1.],
+               [6., 0., 0., 2.]])
+        """
         w = self.weights[..., None]
         return np.concatenate([self.control_points * w, w], axis=-1)
 
     def same_space(self, other: Lattice) -> bool:
-        """Whether both have the same degrees and knots, so that parameters mean the same."""
+        """Whether both have the same degrees and knots, so that parameters mean the same.
+
+        Examples
+        --------
+        >>> box = Lattice.box([0, 0], [1, 1], shape=(4, 4))
+        >>> box.same_space(box.moved(box.control_points + 1))
+        True
+        >>> box.same_space(box.insert_knots(0, [0.5]))
+        False
+        """
         return self.degrees == other.degrees and all(
             np.array_equal(a, b) for a, b in zip(self.knots, other.knots, strict=True)
         )
 
     def greville(self, axis: int) -> Array:
-        """Greville abscissae of one direction."""
+        """Greville abscissae of one direction.
+
+        Examples
+        --------
+        >>> Lattice.box([0, 0], [1, 1], shape=(4, 3)).greville(1)
+        array([0. , 0.5, 1. ])
+        """
         return kv.greville(self.knots[axis], self.degrees[axis])
 
     def evaluate(self, uvw: ArrayLike, derivative: Sequence[int] | None = None) -> Array:

@@ -4,7 +4,8 @@
 2. Some obstacles go without changing the shape: knots are inserted until they are equally
    spaced, a lattice of two directions becomes a slab.
 3. What is left can only be resampled: interpolated at the Greville points of a space that
-   the format has, with the largest difference measured and stated.
+   the format has, with the largest difference measured and stated. That changes the space of
+   functions and nothing else: a wrong number of directions or wrong axes stay obstacles.
 """
 
 from __future__ import annotations
@@ -56,28 +57,20 @@ def adapted(content: LatticeFile, rules: Rules, adapt: str) -> tuple[LatticeFile
         rest, current, changes = _without_change(rest, current, rules)
         faults = obstacles(LatticeFile(rest, current), rules)
     error = None
-    if faults and adapt == "resample" and rest.dimension in rules.dimensions:
+    if faults and adapt == "resample" and not _frame_faults(rest, rules):
         old = current
         rest, current = (_resampled(lattice, rules) for lattice in (rest, current))
         error = _difference(old, current)
         faults = []
     if faults:
-        raise InputError(
-            f"{rules.title} cannot express this lattice: {faults[0]}; {_remedy(adapt)}"
-        )
-    faces = content.open_faces
-    fitting = LatticeFile(rest, current, content.frozen, content.units, open_faces=faces)
-    return fitting, _exactness(content, rules, changes, error)
+        remedy = _remedy(content, rules)
+        raise InputError(f"{rules.title} cannot express this lattice: {faults[0]}; {remedy}")
+    return LatticeFile(rest, current), _exactness(content, rules, changes, error)
 
 
 def obstacles(content: LatticeFile, rules: Rules) -> list[str]:
     """List what keeps a format from expressing the lattice; empty if nothing does."""
-    lattice, found = content.rest, []
-    if lattice.dimension not in rules.dimensions:
-        allowed = " or ".join(map(str, rules.dimensions))
-        found.append(f"it has {lattice.dimension} directions, not {allowed}")
-    if lattice.dimension < 3 and not np.array_equal(lattice.axes, np.eye(3)[: lattice.dimension]):
-        found.append("its directions are not the first coordinate axes")
+    lattice, found = content.rest, _frame_faults(content.rest, rules)
     weighted = any((net.weights != 1).any() for net in (content.rest, content.current))
     if weighted and not rules.weights:
         found.append("its weights are not all 1")
@@ -87,6 +80,17 @@ def obstacles(content: LatticeFile, rules: Rules) -> list[str]:
             found.append(f"degree {p} in direction {name} should be {rules.degree(n, p)}")
         if rules.uniform and not is_uniform(lattice, k):
             found.append(f"the knots in direction {name} are not equally spaced")
+    return found
+
+
+def _frame_faults(lattice: Lattice, rules: Rules) -> list[str]:
+    """Obstacles that another space of functions would not remove."""
+    d, found = lattice.dimension, []
+    if d not in rules.dimensions:
+        allowed = " or ".join(map(str, rules.dimensions))
+        found.append(f"it has {d} direction{'s' * (d > 1)}, not {allowed}")
+    if d < 3 and not np.array_equal(lattice.axes, np.eye(3)[:d]):
+        found.append("its directions are not the first coordinate axes")
     return found
 
 
@@ -172,10 +176,16 @@ def _difference(old: Lattice, new: Lattice) -> float:
     return float(np.linalg.norm(old.evaluate(u) - new.evaluate(u), axis=1).max())
 
 
-def _remedy(adapt: str) -> str:
-    if adapt == "refuse":
-        return 'write .lattice.json, or adapt it with "exact" or "resample"'
-    return 'write .lattice.json, or adapt it with "resample"'
+def _remedy(content: LatticeFile, rules: Rules) -> str:
+    """What would help, found by trying it: neither way of adapting cures everything."""
+    rest, current, _ = _without_change(content.rest, content.current, rules)
+    ways = []
+    if not obstacles(LatticeFile(rest, current), rules):
+        ways.append('"exact"')
+    if not _frame_faults(rest, rules):
+        ways.append('"resample"')
+    adapt = f", or adapt it with {' or '.join(ways)}" if ways else ""
+    return f"write .lattice.json{adapt}"
 
 
 def _exactness(

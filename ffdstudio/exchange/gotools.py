@@ -15,7 +15,7 @@ from ffdstudio.engine.knots import Array
 from ffdstudio.errors import InputError
 from ffdstudio.exchange.adapting import Rules, adapted
 from ffdstudio.exchange.latticefile import Exactness, LatticeFile
-from ffdstudio.exchange.nets import from_rows, to_rows
+from ffdstudio.exchange.nets import from_rows, own_axes, to_rows
 from ffdstudio.exchange.text import chosen, integer, naming, tokens, vector
 from ffdstudio.files import write_bytes
 
@@ -106,4 +106,4 @@ def _lattice(degrees: list[int], knots: list[Array], net: Array, rational: int) 
     points = np.zeros((*net.shape[:-1], 3))
     space = net.shape[-1] - rational
     points[..., :space] = net[..., :space] / weights[..., None]
-    return Lattice(degrees, knots, points, weights)
+    return Lattice(degrees, knots, points, weights, own_axes(points))

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+import numpy as np
+
 from ffdstudio.engine import Lattice
+from ffdstudio.engine.frozen import frozen_mask
 from ffdstudio.errors import InputError
 
 
@@ -57,6 +60,16 @@ class LatticeFile:
         Names of all lattices in the file, of which this is one.
     open_faces : tuple of tuple of int
         Direction and side, 0 or 1, of the faces without frozen layers.
+
+    Examples
+    --------
+    >>> box = Lattice.box([0, 0], [1, 1], shape=(4, 4))
+    >>> LatticeFile(box, box, frozen=1, units="m").frozen
+    1
+    >>> LatticeFile(box, box, frozen=2)
+    Traceback (most recent call last):
+        ...
+    ffdstudio.errors.InputError: 2 frozen layers on each face leave nothing of 4x4 points
     """
 
     rest: Lattice
@@ -69,10 +82,21 @@ class LatticeFile:
     open_faces: tuple[tuple[int, ...], ...] = ()
 
     def __post_init__(self) -> None:
+        for lattice in (self.rest, self.current):
+            if not hasattr(lattice, "same_space"):
+                raise InputError(f"a lattice is needed, got {lattice!r}")
         if not self.rest.same_space(self.current):
             raise InputError("the lattice at rest and the deformed one differ in degrees or knots")
-        if self.frozen < 0:
-            raise InputError(f"a lattice cannot have {self.frozen} frozen layers")
-        every = [(axis, side) for axis in range(self.rest.dimension) for side in (0, 1)]
-        if not set(self.open_faces) <= set(every):
-            raise InputError("an open face is a direction, from 0 on, and a side, 0 or 1")
+        if not isinstance(self.units, str):
+            raise InputError(f"the units of a lattice must be a text, got {self.units!r}")
+        object.__setattr__(self, "frozen", _layers(self.frozen))
+        frozen_mask(self.rest.shape, self.frozen, self.open_faces)  # it says what is wrong
+
+
+def _layers(frozen: object) -> int:
+    if isinstance(frozen, bool | np.bool_) or not isinstance(frozen, int | np.integer):
+        raise InputError(f"the number of frozen layers must be a whole number, got {frozen!r}")
+    layers = int(frozen)
+    if layers < 0:
+        raise InputError(f"a lattice cannot have {layers} frozen layers")
+    return layers

@@ -10,6 +10,7 @@ from collections.abc import Sequence
 
 from ffdstudio.engine import Lattice
 from ffdstudio.engine.knots import Array
+from ffdstudio.errors import InputError
 from ffdstudio.exchange import su2
 from ffdstudio.meshes import Mesh, write_mesh
 from ffdstudio.meshes.formats.su2 import ffd_sections, replace_ffd_sections
@@ -47,11 +48,24 @@ def write_morphed(
     sections = ffd_sections(mesh)
     if sections and boxes != "keep":
         follow = [] if boxes == "strip" else sections
-        new = [su2.follow(section, mesh, points, motions) for section in follow]
+        new = [_follow(section, mesh, points, motions) for section in follow]
         mesh = replace_ffd_sections(mesh, new)
     write_mesh(mesh, path, points)
 
 
 def has_boxes(mesh: Mesh) -> bool:
     """Whether the file of a mesh holds FFD boxes."""
-    return ffd_section(mesh) is not None
+    return bool(ffd_sections(mesh))
+
+
+def _follow(
+    section: bytes, mesh: Mesh, points: Array, motions: Sequence[tuple[Lattice, Lattice]]
+) -> bytes:
+    try:
+        return su2.follow(section, mesh, points, motions)
+    except InputError as error:
+        cause = str(error).removeprefix("the mesh: ")
+        raise InputError(
+            f"{mesh.path}: an FFD box in this file cannot follow the shape: {cause}; "
+            "keep or strip the boxes (--boxes keep|strip)"
+        ) from None

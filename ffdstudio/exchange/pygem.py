@@ -78,7 +78,7 @@ def write(path: Path, content: LatticeFile, adapt: str = "refuse") -> Exactness:
     if np.abs(ideal - net).max() > 1e-12 * rest.diagonal:
         raise InputError(
             "PyGeM .prm cannot express this lattice: at rest it must be a right-angled box with "
-            'equally spaced control points; write .lattice.json, or adapt it with "resample"'
+            "equally spaced control points; write .lattice.json"
         )
     moves = (fitting.current.control_points - net) @ np.linalg.inv(span)
     write_bytes(path, _text(rest.shape, length, origin, angles, moves).encode())

@@ -17,6 +17,7 @@ from ffdstudio.engine import Lattice
 from ffdstudio.errors import InputError
 from ffdstudio.exchange.latticefile import Exactness, LatticeFile
 from ffdstudio.files import read_bytes
+from ffdstudio.paths import as_path
 
 
 @dataclass(frozen=True)
@@ -26,6 +27,7 @@ class Format:
     module: str
     title: str
     suffixes: tuple[str, ...]
+    options: tuple[str, ...] = ()  # of writing, besides `adapt`
 
     def load(self) -> Any:
         """Import and return the format's module."""
@@ -37,8 +39,8 @@ FORMATS = (
     Format("geomdl", "geomdl JSON", (".geomdl.json",)),
     Format("splinepy", "splinepy JSON", (".splinepy.json",)),
     Format("plot3d", "PLOT3D (pyGeo)", (".xyz", ".fmt")),
-    Format("su2", "SU2 mesh with FFD boxes", (".su2",)),
-    Format("su2config", "SU2 configuration (FFD_DEFINITION)", (".cfg",)),
+    Format("su2", "SU2 mesh with FFD boxes", (".su2",), ("tag", "markers")),
+    Format("su2config", "SU2 configuration (FFD_DEFINITION)", (".cfg",), ("tag",)),
     Format("gotools", "GoTools volume", (".g2",)),
     Format("pygem", "PyGeM parameters", (".prm",)),
 )
@@ -62,12 +64,23 @@ def read_lattice_file(path: str | os.PathLike[str], block: int | str | None = No
     ------
     InputError
         If the file cannot be read, is damaged, or holds no such lattice.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> path = Path(tempfile.mkdtemp()) / "box.lattice.json"
+    >>> box = Lattice.box([0, 0, 0], [1, 1, 1], shape=(4, 3, 3))
+    >>> _ = write_lattice(path, box, frozen=1, units="mm")
+    >>> found = read_lattice_file(path)
+    >>> found.frozen, found.units, found.format
+    (1, 'mm', 'ffdstudio-lattice')
     """
+    source = as_path(path)
     name = os.fspath(path)
-    data = read_bytes(path)
+    data = read_bytes(source)
     if not data.strip():
         raise InputError(f"{name}: the file is empty")
-    found: LatticeFile = _recognised(Path(path), data).load().read(data, name, block)
+    found: LatticeFile = _recognised(source, data).load().read(data, name, block)
     return found
 
 
@@ -133,15 +146,29 @@ def write_lattice(
     ------
     InputError
         If the format cannot express the lattice, or the file cannot be written.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> folder = Path(tempfile.mkdtemp())
+    >>> box = Lattice.box([0, 0, 0], [1, 1, 1], shape=(6, 4, 4))
+    >>> print(write_lattice(folder / "box.lattice.json", box))
+    exact
+    >>> finer = box.insert_knots(0, [1 / 6])
+    >>> print(write_lattice(folder / "box.xyz", finer, adapt="exact"))
+    exact: 2 knots were inserted in direction i
     """
     if adapt not in ("refuse", "exact", "resample"):
         raise InputError(f'adapt must be "refuse", "exact" or "resample", got {adapt!r}')
     now, faces = rest if current is None else current, tuple(open_faces)
     content = LatticeFile(rest, now, frozen, units, open_faces=faces)
-    row = _named(Path(path))
+    target = as_path(path)
+    row = _named(target)
+    for option in options.keys() - set(row.options):
+        raise InputError(f"{target}: {row.title} has no option {option}")
     if row.module != "ours":
         options["adapt"] = adapt
-    result: Exactness = row.load().write(Path(path), content, **options)
+    result: Exactness = row.load().write(target, content, **options)
     return result
 
 

@@ -13,7 +13,7 @@ from ffdstudio.engine.knots import clamped_uniform
 from ffdstudio.errors import InputError
 from ffdstudio.exchange.adapting import Rules, adapted
 from ffdstudio.exchange.latticefile import Exactness, LatticeFile
-from ffdstudio.exchange.nets import from_rows, to_rows
+from ffdstudio.exchange.nets import from_rows, own_axes, to_rows
 from ffdstudio.exchange.strictjson import field, loads, objects, table
 from ffdstudio.exchange.text import chosen, naming
 from ffdstudio.files import write_bytes
@@ -77,4 +77,4 @@ def _lattice(spline: dict[str, Any], name: str) -> Lattice:
         raise InputError(f"{name}: degrees, knots, control points and weights do not fit together")
     net = np.zeros((*shape, 3))
     net[..., : points.shape[1]] = from_rows(points, shape)
-    return Lattice(degrees, knots, net, from_rows(weights[:, None], shape)[..., 0])
+    return Lattice(degrees, knots, net, from_rows(weights[:, None], shape)[..., 0], own_axes(net))

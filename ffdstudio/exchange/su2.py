@@ -42,6 +42,18 @@ def tags(data: bytes, name: str) -> list[str]:
     return [box.tag for box in su2text.all_boxes(data, name)]
 
 
+def lattices(data: bytes, name: str) -> list[tuple[str, Lattice | InputError]]:
+    """Tags with the lattices of all boxes, a broken one as what is wrong with it."""
+    return [(tag, _tried(box)) for tag, box in su2text.each_box(data, name)]
+
+
+def _tried(box: Box | InputError) -> Lattice | InputError:
+    try:
+        return box if isinstance(box, InputError) else lattice_of(box)
+    except InputError as error:
+        return error
+
+
 def read(data: bytes, name: str, block: int | str | None = None) -> LatticeFile:
     """Read one box of a mesh, by tag or index."""
     boxes = su2text.all_boxes(data, name)
@@ -76,6 +88,8 @@ def write(
 
     The nodes of `markers`, by default of all, that lie in the lattice are embedded for SU2.
     """
+    if isinstance(markers, str) or not isinstance(markers, Sequence | None):
+        raise InputError(f"the markers must be a list of names, got {markers!r}")
     fitting, exactness = adapted(content, RULES, adapt)
     data = read_bytes(path)
     new = with_box(data, read_mesh(path), fitting.current, tag, markers, str(path))
@@ -102,7 +116,7 @@ def with_box(
             f"{name}: a box in a {section.dimension}D mesh needs a lattice of {section.dimension} "
             f"directions, not {lattice.dimension}"
         )
-    if not tag or tag.split() != [tag] or "%" in tag or "=" in tag:
+    if not isinstance(tag, str) or tag.split() != [tag] or "%" in tag or "=" in tag:
         raise InputError(f"{tag!r} is no tag for an FFD box: it must be one word")
     old = {box.tag: box for box in section.boxes}
     box = new_box(lattice, tag, old.get(tag))

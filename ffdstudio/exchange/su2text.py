@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import itertools
 import re
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -84,6 +85,19 @@ def _sections(data: bytes, name: str, dimension: int, most: int | None = None) -
             raise InputError(f"{name}: two FFD boxes have the same tag")
         found.append(Section(boxes, begin.start(), reader.position, levels, dimension))
     return found
+
+
+def each_box(data: bytes, name: str) -> Iterator[tuple[str, Box | InputError]]:
+    """Tags with boxes one by one, a broken box as what is wrong with it."""
+    dimension = _dimension(data, name)
+    for found in re.finditer(rb"^[ \t]*FFD_TAG[ \t]*=", data, re.MULTILINE):
+        reader = _Reader(data, found.start(), name)
+        tag = reader.value("FFD_TAG").decode("utf-8", "replace")
+        reader.position = found.start()
+        try:
+            yield tag, _box(reader, dimension)
+        except InputError as error:
+            yield tag, error
 
 
 def compose(section: Section) -> bytes:

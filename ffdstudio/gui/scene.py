@@ -15,6 +15,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from ffdstudio.engine.frozen import frozen_mask
 from ffdstudio.gui.actors.body import BodyActor
 from ffdstudio.gui.actors.lattice import LatticeActor
 from ffdstudio.gui.actors.vtk import Array
@@ -26,7 +27,7 @@ from ffdstudio.gui.state import State
 from ffdstudio.gui.theme import Theme
 from ffdstudio.gui.viewport import Viewport
 from ffdstudio.project.document import Document
-from ffdstudio.project.model import LatticeItem, frozen_mask
+from ffdstudio.project.model import LatticeItem
 
 PREVIEW = "preview"
 

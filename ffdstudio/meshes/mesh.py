@@ -8,6 +8,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Protocol
@@ -16,7 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ffdstudio.errors import InputError
-from ffdstudio.meshes.topology import Array, Cells, Indices, corners, dimension, skin
+from ffdstudio.meshes.topology import Array, Cells, Indices, corners, dimension, numbers, skin
 
 Markers = dict[str, Cells]
 SHAPES = {"tetra": (4, 0), "pyramid": (4, 1), "wedge": (2, 3), "hexahedron": (0, 6)}
@@ -130,6 +131,8 @@ class Mesh:
         object.__setattr__(self, "points", _read_only(_checked_points(self.points)))
         n = len(self.points)
         object.__setattr__(self, "cells", _checked_cells(self.cells, n, "the cells"))
+        if not isinstance(self.markers, Mapping):
+            raise InputError("the markers must be given by name: a dict")
         markers = {
             name: _checked_cells(cells, n, f"marker {name}") for name, cells in self.markers.items()
         }
@@ -146,6 +149,13 @@ class Mesh:
         ------
         InputError
             If the number of points differs or one is not finite.
+
+        Examples
+        --------
+        >>> mesh = Mesh([[0, 0, 0], [1, 0, 0]], {"line": [[0, 1]]})
+        >>> mesh.with_points(mesh.points + [0, 2, 0]).points
+        array([[0., 2., 0.],
+               [1., 2., 0.]])
         """
         new = _checked_points(points)
         if new.shape != self.points.shape:
@@ -156,19 +166,39 @@ class Mesh:
 
     @property
     def counts(self) -> dict[str, int]:
-        """Number of cells by type; also of a face-based mesh."""
+        """Number of cells by type; also of a face-based mesh.
+
+        Examples
+        --------
+        >>> Mesh([[0, 0, 0]] * 4, {"triangle": [[0, 1, 2]], "quad": [[0, 1, 2, 3]]}).counts
+        {'triangle': 1, 'quad': 1}
+        """
         if self.faces is not None:
             return self.faces.counts
         return {kind: len(nodes) for kind, nodes in self.cells.items()}
 
     @property
     def marker_counts(self) -> dict[str, int]:
-        """Number of boundary elements by marker."""
+        """Number of boundary elements by marker.
+
+        Examples
+        --------
+        >>> Mesh([[0, 0, 0], [1, 0, 0]], {}, {"wall": {"line": [[0, 1]]}}).marker_counts
+        {'wall': 1}
+        """
         return {name: sum(map(len, cells.values())) for name, cells in self.markers.items()}
 
     @property
     def boundaries(self) -> list[str]:
-        """Names of the markers whose elements have fewer dimensions than the cells."""
+        """Names of the markers whose elements have fewer dimensions than the cells.
+
+        Examples
+        --------
+        >>> markers = {"floor": {"line": [[0, 1]]}, "zone": {"triangle": [[0, 1, 2]]}}
+        >>> mesh = Mesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], {"triangle": [[0, 1, 2]]}, markers)
+        >>> mesh.boundaries
+        ['floor']
+        """
         highest = 3 if self.faces is not None else max(map(dimension, self.cells), default=3)
         return [
             name
@@ -178,7 +208,14 @@ class Mesh:
 
     @property
     def bounds(self) -> Array:
-        """(2, 3) lower and upper corner of the points; zeros without points."""
+        """(2, 3) lower and upper corner of the points; zeros without points.
+
+        Examples
+        --------
+        >>> Mesh([[0, 5, 0], [3, 1, 2]]).bounds
+        array([[0., 1., 0.],
+               [3., 5., 2.]])
+        """
         if len(self.points) == 0:
             return np.zeros((2, 3))
         return np.array([self.points.min(axis=0), self.points.max(axis=0)])
@@ -192,9 +229,19 @@ class Mesh:
         ------
         InputError
             If there is no such marker; the message lists those that there are.
+
+        Examples
+        --------
+        >>> mesh = Mesh([[0, 0, 0], [1, 0, 0], [2, 0, 0]], {}, {"wall": {"line": [[2, 1]]}})
+        >>> mesh.marker_nodes("wall")
+        array([1, 2])
+        >>> mesh.marker_nodes("hull")
+        Traceback (most recent call last):
+            ...
+        ffdstudio.errors.InputError: no marker hull in this mesh; it has: wall
         """
         for name in names:
-            if name not in self.markers:
+            if not isinstance(name, str) or name not in self.markers:
                 known = ", ".join(self.markers) or "none"
                 raise InputError(f"no marker {name} in this mesh; it has: {known}")
         chosen = [self.markers[name] for name in (names or self.boundaries)]
@@ -205,6 +252,12 @@ class Mesh:
         """Lines, triangles, quads and polygons to show the mesh by, as type -> corner nodes.
 
         A volume mesh shows its outer faces, any other one its own cells.
+
+        Examples
+        --------
+        >>> corners = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]
+        >>> Mesh(corners, {"tetra": [[0, 1, 2, 3]]}).surface()["triangle"].shape
+        (4, 3)
         """
         if self.faces is not None:
             return boundary_faces(self.faces)
@@ -229,7 +282,7 @@ def boundary_faces(faces: Faces, chosen: Indices | None = None) -> Cells:
 
 
 def _checked_points(points: ArrayLike) -> Array:
-    array = np.array(points, dtype=np.float64)
+    array = numbers(points, "points").copy()
     if array.ndim != 2 or array.shape[1] != 3:
         raise InputError(f"points must be an array (n, 3), got {array.shape}")
     if not np.isfinite(array).all():
@@ -241,17 +294,31 @@ def _checked_points(points: ArrayLike) -> Array:
 
 
 def _checked_cells(cells: Cells, n: int, what: str) -> Cells:
+    if not isinstance(cells, Mapping):
+        raise InputError(f"{what} must be given by type: a dict of arrays")
     return {kind: _checked_nodes(nodes, n, f"{what}: {kind}") for kind, nodes in cells.items()}
 
 
 def _checked_nodes(nodes: ArrayLike, n: int, what: str) -> Indices:
-    array = np.asarray(nodes, dtype=np.int64)
+    array = _whole(nodes, what)
     if array.ndim != 2:
         raise InputError(f"{what} must be an array (cells, nodes), got {array.shape}")
     if array.size and not (array.min() >= 0 and array.max() < n):
         bad = int(np.flatnonzero(((array < 0) | (array >= n)).any(axis=1))[0])
         raise InputError(f"{what} {bad} (counted from 0) refers to a node outside 0 to {n - 1}")
     return _read_only(array)
+
+
+def _whole(nodes: ArrayLike, what: str) -> Indices:
+    try:
+        given = np.asarray(nodes)
+        with np.errstate(invalid="ignore"):
+            array = given.astype(np.int64, copy=False)
+        if given.dtype.kind in "iu" or np.array_equal(array, given):
+            return array
+    except (TypeError, ValueError):
+        pass
+    raise InputError(f"{what} must be an array of node indices")
 
 
 def _read_only(array: np.ndarray) -> np.ndarray:

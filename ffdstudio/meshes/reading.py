@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import os
 from dataclasses import replace
-from pathlib import Path
 
 from ffdstudio.errors import InputError
 from ffdstudio.files import read_bytes
 from ffdstudio.meshes.formats import Progress, recognise
 from ffdstudio.meshes.mesh import Mesh
+from ffdstudio.paths import as_path, is_folder
 
 HEAD = 65536
 
@@ -34,11 +34,18 @@ def read_mesh(path: str | os.PathLike[str], progress: Progress | None = None) ->
     ------
     InputError
         If the file cannot be read or is damaged; the message names file, place and cause.
+
+    Examples
+    --------
+    >>> from ffdstudio.samples import sample
+    >>> mesh = read_mesh(sample("naca0012.su2"))
+    >>> mesh.counts, mesh.marker_counts
+    ({'triangle': 8026, 'quad': 1649}, {'airfoil': 200, 'farfield': 52})
     """
-    source = Path(path)
+    source = as_path(path)
     report = progress or _silent
     report(0.0)
-    data = b"" if source.is_dir() else read_bytes(source)
+    data = b"" if is_folder(source) else read_bytes(source)
     row = recognise(source, data[:HEAD])
     if b'"ffdstudio-lattice"' in data[:HEAD]:
         raise InputError(f"{source}: this is a lattice, where a mesh is needed")

@@ -5,11 +5,33 @@ from __future__ import annotations
 import re
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
+
+from ffdstudio.errors import InputError
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 Cells = dict[str, Indices]
+
+
+def numbers(values: ArrayLike, what: str) -> Array:
+    """Return real numbers as an array; raises `InputError` for anything else.
+
+    Examples
+    --------
+    >>> numbers([[1, 2], [3]], "points")
+    Traceback (most recent call last):
+        ...
+    ffdstudio.errors.InputError: points must be an array of numbers
+    """
+    try:
+        array = np.asarray(values)
+        if not np.iscomplexobj(array):
+            return array.astype(np.float64, copy=False)
+    except (TypeError, ValueError):
+        pass
+    raise InputError(f"{what} must be an array of numbers")
+
 
 CORNERS = {
     "vertex": 1,

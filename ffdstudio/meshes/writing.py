@@ -13,6 +13,7 @@ from ffdstudio.errors import InputError
 from ffdstudio.meshes.formats import FORMATS, candidates, suffix_of
 from ffdstudio.meshes.mesh import Mesh, MeshWarning
 from ffdstudio.meshes.topology import dimension
+from ffdstudio.paths import as_path, is_folder
 
 SURFACES = ("stl", "obj", "ply")
 
@@ -37,8 +38,21 @@ def write_mesh(mesh: Mesh, path: str | os.PathLike[str], points: ArrayLike | Non
     ------
     InputError
         If the file cannot be written or the coordinates do not fit the format.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from ffdstudio import read_mesh
+    >>> from ffdstudio.samples import sample
+    >>> mesh = read_mesh(sample("naca0012.su2"))
+    >>> path = Path(tempfile.mkdtemp()) / "moved.su2"
+    >>> write_mesh(mesh, path, points=mesh.points + [0, 0.25, 0])
+    >>> float(read_mesh(path).points[0, 1] - mesh.points[0, 1])
+    0.25
     """
-    target = Path(path)
+    target = as_path(path)
+    if not hasattr(mesh, "template"):
+        raise InputError(f"a mesh is needed, got {mesh!r}")
     if points is not None:
         mesh = mesh.with_points(points)
     if mesh.template is not None and _same_format(mesh, target):
@@ -57,7 +71,7 @@ def losses(mesh: Mesh, path: str | os.PathLike[str]) -> list[str]:
     >>> losses(Mesh([[0, 0, 0]], {"vertex": [[0]]}), "a.su2")
     ['a new file is made: comments, numbering and settings of the original are lost']
     """
-    target = Path(path)
+    target = as_path(path)
     if mesh.template is not None and _same_format(mesh, target):
         return []
     found = ["a new file is made: comments, numbering and settings of the original are lost"]
@@ -76,7 +90,7 @@ def losses(mesh: Mesh, path: str | os.PathLike[str]) -> list[str]:
 
 
 def _same_format(mesh: Mesh, target: Path) -> bool:
-    if mesh.format == "openfoam" and (target.is_dir() or not candidates(target)):
+    if mesh.format == "openfoam" and (is_folder(target) or not candidates(target)):
         return True
     if mesh.path is not None and suffix_of(mesh.path) == suffix_of(target):
         return True

@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ffdstudio.engine import Lattice
+from ffdstudio.engine.frozen import leaves_some
 from ffdstudio.meshes import Mesh
 from ffdstudio.meshes.measures.blocks import blocks_of
-from ffdstudio.project.model import leaves_some
 
 Array = NDArray[np.float64]
 Face = tuple[int, int]  # direction, and 0 for its beginning or 1 for its end

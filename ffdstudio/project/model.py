@@ -22,6 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ffdstudio.engine import Lattice
+from ffdstudio.engine.frozen import frozen_mask
 from ffdstudio.errors import InputError
 
 if TYPE_CHECKING:
@@ -195,66 +196,6 @@ class Model:
             raise InputError("a name needs at least one letter")
         if any(item.name == name and item.key != own for item in self.items):
             raise InputError(f"the name {name} is taken")
-
-
-def frozen_mask(
-    shape: tuple[int, ...], layers: int, open_faces: Iterable[Index] = ()
-) -> NDArray[np.bool_]:
-    """Bool array, true in the `layers` outermost layers of each face that is not open.
-
-    Raises
-    ------
-    InputError
-        If nothing would be left to move in some direction, or there is no such face.
-
-    Examples
-    --------
-    >>> frozen_mask((4, 3), 1).astype(int)
-    array([[1, 1, 1],
-           [1, 0, 1],
-           [1, 0, 1],
-           [1, 1, 1]])
-    >>> frozen_mask((4, 3), 1, [(1, 0)]).astype(int)
-    array([[1, 1, 1],
-           [0, 0, 1],
-           [0, 0, 1],
-           [1, 1, 1]])
-    """
-    if not leaves_some(shape, layers, open_faces):
-        counts = "x".join(str(count) for count in shape)
-        raise InputError(f"{layers} frozen layers on each face leave nothing of {counts} points")
-    mask = np.ones(shape, dtype=bool)
-    ends = _frozen_ends(shape, layers, open_faces)
-    mask[
-        tuple(slice(low, count - high) for count, (low, high) in zip(shape, ends, strict=True))
-    ] = False
-    return mask
-
-
-def leaves_some(shape: tuple[int, ...], layers: int, open_faces: Iterable[Index] = ()) -> bool:
-    """Whether frozen layers leave points that move.
-
-    Examples
-    --------
-    >>> leaves_some((4, 2), 1), leaves_some((4, 2), 1, [(1, 0)])
-    (False, True)
-    """
-    ends = _frozen_ends(shape, layers, open_faces)
-    fits = all(low + high < count for count, (low, high) in zip(shape, ends, strict=True))
-    return layers == 0 or (layers > 0 and fits)
-
-
-def _frozen_ends(
-    shape: tuple[int, ...], layers: int, open_faces: Iterable[Index]
-) -> list[tuple[int, int]]:
-    """Frozen layers at beginning and end of each direction."""
-    faces = set(open_faces)
-    if not faces <= {(axis, side) for axis in range(len(shape)) for side in (0, 1)}:
-        raise InputError(f"a lattice of {len(shape)} directions has no such open faces")
-    free = [
-        [0 if (axis, side) in faces else layers for side in (0, 1)] for axis in range(len(shape))
-    ]
-    return [(low, high) for low, high in free]
 
 
 def _find(items: Iterable[Item], key: str, kind: str) -> Item:

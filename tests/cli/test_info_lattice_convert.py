@@ -1,5 +1,7 @@
 """`ffdstudio info`, `lattice` and `convert`."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -22,6 +24,35 @@ def test_info_of_a_mesh(ffdstudio, square):
     }
     assert ffdstudio("info", square) == 0
     assert "triangle 128" in ffdstudio.out
+
+
+def test_info_tells_a_broken_box_from_the_mesh_and_the_other_boxes(ffdstudio, square):
+    box = Lattice.box([0, 0], [1, 1], shape=(5, 4))
+    for tag in ("FIRST", "WRONG", "LAST"):
+        write_lattice(square, box, tag=tag)
+    first, tag, rest = square.read_text().partition("FFD_TAG= WRONG")
+    square.write_text(first + tag + rest.replace("BSPLINE_UNIFORM", "BSPLINE", 1))
+    result = ffdstudio.json("info", square)
+    assert ffdstudio.code == 0
+    assert result["nodes"] == 81
+    assert [lattice["tag"] for lattice in result["lattices"]] == ["FIRST", "WRONG", "LAST"]
+    assert [lattice.get("shape") for lattice in result["lattices"]] == [[5, 4], None, [5, 4]]
+    assert "FFD_BLENDING= 'BSPLINE' is not known" in result["lattices"][1]["broken"]
+    assert ffdstudio("info", square) == 0
+    assert "tag WRONG, broken " in ffdstudio.out
+
+
+def test_info_reads_a_mesh_with_many_boxes_no_oftener_than_with_one(ffdstudio, square, monkeypatch):
+    reads = []
+    plain = Path.read_bytes
+    monkeypatch.setattr(Path, "read_bytes", lambda path: reads.append(path) or plain(path))
+    counts = []
+    for tag in ("A", "B", "C"):
+        write_lattice(square, Lattice.box([0, 0], [1, 1], shape=(5, 4)), tag=tag)
+        reads.clear()
+        assert ffdstudio("info", square) == 0
+        counts.append(len(reads))
+    assert counts[0] == counts[-1]
 
 
 def test_info_of_real_meshes(ffdstudio, shared):
@@ -111,6 +142,7 @@ def test_a_lattice_may_be_written_for_another_tool(ffdstudio, cube, tmp_path):
     [
         (["--shape", "1", "4"], "at least 2"),
         (["--shape", "4", "4", "4", "4"], "1 to 3 numbers"),
+        (["--shape", "20000", "20000"], "400,000,000 control points, more than the 1,000,000"),
         (["--shape", "4", "4", "--degree", "4"], "degree 4"),
         (["--shape", "4", "4", "--degree", "0"], "degree 0"),
         (["--shape", "4", "4", "--degree", "1", "1", "1"], "as many degrees"),

@@ -1,6 +1,7 @@
 """How commands are found, and how they end."""
 
 import errno
+import json
 import os
 import subprocess
 import sys
@@ -9,6 +10,7 @@ from pathlib import Path
 import pytest
 
 from ffdstudio import __version__
+from ffdstudio.__main__ import main as program
 from ffdstudio.__main__ import wants_window
 from ffdstudio.cli import info, main
 
@@ -35,8 +37,8 @@ def test_version_imports_no_command():
     )
     code += " or n.startswith('ffdstudio.')))"
     out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    allowed = ["ffdstudio.__main__", "ffdstudio.cli", "ffdstudio.cli.main", "ffdstudio.errors"]
-    assert out.stdout.splitlines()[1] == repr(allowed)
+    allowed = ["__main__", "cli", "cli.main", "errors"]
+    assert out.stdout.splitlines()[1] == repr([f"ffdstudio.{name}" for name in allowed])
 
 
 @pytest.mark.parametrize(
@@ -131,3 +133,64 @@ def test_without_the_gui_extra_the_window_says_so(square, root):
     assert done.returncode == 2
     assert one_line(done.stderr)
     assert "pip install 'ffdstudio[gui]'" in done.stderr
+
+
+def run(*words, **options):
+    return subprocess.run([*RUN, *words], capture_output=True, text=True, **options)
+
+
+@pytest.mark.parametrize("name", ["a" * 300 + ".su2", "file/below.su2"])
+def test_paths_that_cannot_be_looked_at_are_no_tracebacks(tmp_path, monkeypatch, name):
+    (tmp_path / "file").touch()
+    done = run(name, cwd=tmp_path, env={**os.environ, "PYTHONPATH": str(Path(__file__).parents[2])})
+    assert done.returncode == 2
+    assert one_line(done.stderr)
+    assert name in done.stderr
+
+
+@pytest.mark.parametrize("words", [["x.su2"], ["info", "x.su2"]])
+def test_a_folder_that_may_not_be_searched_is_named(ffdstudio, monkeypatch, capsys, words):
+    def refuse(path, **_):
+        raise PermissionError(errno.EACCES, "Permission denied", str(path))
+
+    monkeypatch.setattr(Path, "stat", refuse)
+    monkeypatch.setattr(sys, "argv", ["ffdstudio", *words])
+    assert program() == 2
+    err = capsys.readouterr().err
+    assert one_line(err)
+    assert "x.su2" in err
+
+
+def test_errors_of_the_system_name_the_file(ffdstudio, monkeypatch):
+    def fail(args):
+        raise PermissionError(errno.EACCES, "Permission denied", "lock/a.su2")
+
+    monkeypatch.setattr(info, "run", fail)
+    assert ffdstudio("info", "x") == 2
+    assert ffdstudio.err == "ffdstudio: error: lock/a.su2: permission denied\n"
+
+
+@pytest.mark.skipif(os.name != "posix", reason="closes a stream by the shell")
+@pytest.mark.parametrize("words", [[], ["--json"]])
+@pytest.mark.parametrize("stream", [1, 2])
+def test_closed_streams_are_no_fault(square, words, stream):
+    command = ["sh", "-c", f'exec "$@" {stream}>&-', "sh", *RUN]
+    done = subprocess.run([*command, "info", square, *words], capture_output=True, text=True)
+    assert done.returncode == 0
+    assert done.stderr == ""
+    done = subprocess.run([*command, "info", "nofile"], capture_output=True, text=True)
+    assert done.returncode == 2
+    assert done.stdout == ""
+
+
+@pytest.mark.parametrize("words", [[], ["--json"]])
+def test_a_name_that_the_encoding_cannot_say_is_escaped(square, tmp_path, words):
+    out = tmp_path / "fl\N{LATIN SMALL LETTER U WITH DIAERESIS}gel.lattice.json"
+    env = {**os.environ, "PYTHONIOENCODING": "ascii"}
+    done = run("lattice", square, "--shape", "3", "3", "-o", out, *words, env=env)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert out.exists()
+    if words:
+        assert json.loads(done.stdout)["lattice"] == str(out)
+    else:
+        assert r"fl\xfcgel" in done.stdout

@@ -1,5 +1,8 @@
 """`ffdstudio morph`."""
 
+import os
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -116,6 +119,17 @@ def test_bodies_that_touch_stay_together_to_the_bit(ffdstudio, cubes, tmp_path):
         assert not np.array_equal(a, point)
 
 
+def test_an_upright_surface_of_another_tool_is_an_extruded_lattice(ffdstudio, cube, tmp_path):
+    path, out = tmp_path / "xz.g2", tmp_path / "out.su2"
+    knots = "2 2\n0 0 1 1\n"
+    path.write_text(f"200 1 0 0\n3 0\n{knots}{knots}0 0 0\n1 0 0\n0 0 1\n1 0 1\n")
+    assert ffdstudio("morph", cube, path, "--move", "0,0=0,0,.1", "-o", out) == 0
+    before, after = read_mesh(cube).points, read_mesh(out).points
+    x, _, z = before.T
+    assert np.allclose(after[:, 2], z + 0.1 * (1 - x) * (1 - z), rtol=0, atol=1e-15)
+    assert np.array_equal(after[:, :2], before[:, :2])
+
+
 def test_one_direction_stretches(ffdstudio, cube, tmp_path):
     lattice = Lattice.box([0], [1], shape=(4,))
     write_lattice(tmp_path / "l.lattice.json", lattice)
@@ -147,21 +161,37 @@ def test_the_box_in_an_su2_mesh_deforms_that_mesh_and_follows(ffdstudio, square,
     assert su2.tags(out.read_bytes(), "out") == []
 
 
+def test_a_broken_box_is_named_with_the_ways_past_it(ffdstudio, square, tmp_path):
+    write_lattice(square, Lattice.box([0, 0], [1, 1], shape=(5, 4)))
+    square.write_text(square.read_text().replace("BSPLINE_UNIFORM", "BSPLINE"))
+    path, _ = lattice_file(tmp_path)
+    words = ["morph", square, path, "--move", "1,1=0,.1", "-o", tmp_path / "out.su2"]
+    assert ffdstudio(*words) == 2
+    assert ffdstudio.err == (
+        f"ffdstudio: error: {square}: an FFD box in this file cannot follow the shape: "
+        "FFD_BLENDING= 'BSPLINE' is not known; keep or strip the boxes (--boxes keep|strip)\n"
+    )
+    for way in ("keep", "strip"):
+        assert ffdstudio(*words, "--boxes", way) == 0
+
+
 @pytest.mark.parametrize(
     ("words", "cause"),
     [
         (["--move", "5,0=0,0,0"], "I runs from 0 to 4"),
         (["--move", "0,0,0=0,0,0"], "2 directions"),
         (["--move", "0=0,0,0"], "2 directions"),
-        (["--move=-1,0=0,0,0"], "must read I,J,K=DX,DY,DZ"),
-        (["--move", "0,0=0"], "three displacements"),
+        (["--move=-1,0=0,0,0"], "must read I,J=DX,DY[,DZ]"),
+        (["--move", "0,0=0"], "two or three displacements"),
         (["--move", "0,0=nan,0,0"], "must read"),
         (["--move", "0,0=inf,0,0"], "must read"),
         (["--move", "0,0"], "must read"),
+        (["--move", f"{'9' * 5000},2=0,1"], f"--move {'9' * 57}...: must read I,J=DX,DY[,DZ]"),
+        (["--move", "\N{ARABIC-INDIC DIGIT THREE},2=0,1"], "must read I,J=DX,DY[,DZ]"),
         (["--weight", "0,0=0"], "positive"),
         (["--weight", "0,0=-1"], "positive"),
         (["--weight", "0,0=1,2"], "one positive number"),
-        (["--weight", "0,0=x"], "must read I,J,K=W"),
+        (["--weight", "0,0=x"], "must read I,J=W"),
         (["--move", "2,2=0,0,0.1"], "cannot move in z"),
         (["--block", "7"], "no lattice"),
         (["--frozen", "-1"], "--frozen"),
@@ -192,6 +222,60 @@ def test_names_that_collide_and_files_for_folders_are_refused(ffdstudio, square,
     assert ffdstudio("morph", square, square, path, "-o", square) == 2
     assert ffdstudio("morph", square, path, "-o", tmp_path / "a") == 0
     assert twin.read_bytes() == square.read_bytes()
+
+
+def test_the_form_that_is_shown_is_the_one_of_the_lattice(ffdstudio, cube, tmp_path):
+    path, _ = lattice_file(tmp_path, (3,))
+    words = ["morph", cube, path, "-o", tmp_path / "out.su2"]
+    assert ffdstudio(*words, "--move", "0,0") == 2
+    assert "must read I=DX,DY,DZ" in ffdstudio.err
+    assert ffdstudio(*words, "--move", "0=1,0") == 2
+    assert "0=1,0: three displacements" in ffdstudio.err
+
+
+def test_the_lattice_that_is_read_is_not_overwritten(ffdstudio, square, tmp_path):
+    box = tmp_path / "box.su2"
+    box.write_bytes(square.read_bytes())
+    write_lattice(box, Lattice.box([0, 0], [1, 1], shape=(4, 4)))
+    before = box.read_bytes()
+    assert ffdstudio("morph", square, box, "--move", "1,1=0,0.1", "-o", box) == 2
+    assert "would overwrite the lattice that is read" in ffdstudio.err
+    assert box.read_bytes() == before
+
+
+@pytest.mark.parametrize("command", ["morph", "lattice", "fit", "demo", "optimize", "replay"])
+def test_an_output_without_a_name_is_refused(ffdstudio, square, tmp_path, monkeypatch, command):
+    path, _ = lattice_file(tmp_path)
+    (tmp_path / "empty").mkdir()
+    monkeypatch.chdir(tmp_path / "empty")
+    inputs = {"morph": [square, path], "fit": [square, square], "demo": []}.get(command, [square])
+    assert ffdstudio(command, *inputs, "-o", "") == 2
+    assert "a name is needed" in ffdstudio.err
+    assert not list(Path.cwd().iterdir())
+
+
+@pytest.mark.parametrize("old", [True, False])
+def test_a_disk_that_is_full_after_the_first_of_several_meshes_changes_none(
+    ffdstudio, cubes, tmp_path, monkeypatch, old
+):
+    path, _ = lattice_file(tmp_path, (4, 4, 4))
+    out, flushed, flush = tmp_path / "out", [], os.fsync
+    out.mkdir()
+    for mesh in cubes if old else []:
+        (out / mesh.name).write_bytes(b"old")
+
+    def full(descriptor):
+        flushed.append(descriptor)
+        if len(flushed) > 1:
+            raise OSError(28, "No space left on device")
+        flush(descriptor)
+
+    monkeypatch.setattr(os, "fsync", full)
+    assert ffdstudio("morph", *cubes, path, "--move", "1,1,1=0,0,.1", "-o", out) == 2
+    assert "right.su2': no space left on device" in ffdstudio.err
+    assert {p.name: p.read_bytes() for p in out.iterdir()} == (
+        {mesh.name: b"old" for mesh in cubes} if old else {}
+    )
 
 
 @pytest.mark.parametrize("folder", [False, True])

@@ -66,6 +66,44 @@ def test_turned_directions_of_a_plane_lattice_are_not_lost_silently(tmp_path):
         write_lattice(tmp_path / "a.g2", rest)
 
 
+@pytest.mark.parametrize("name", ["a.g2", "a.splinepy.json", "a.cfg"])
+@pytest.mark.parametrize("adapt", ["exact", "resample"])
+def test_adapting_does_not_drop_the_axes_of_a_plane_lattice(tmp_path, name, adapt):
+    rest = Lattice.box([0, 0], [1, 1], shape=(4, 4), axes=[[1, 0, 0], [0, 0, 1]])
+    with pytest.raises(InputError, match=r"coordinate axes; write \.lattice\.json$"):
+        write_lattice(tmp_path / name, rest, adapt=adapt)
+    assert not (tmp_path / name).exists()
+
+
+def weighted(lattice):
+    weights = lattice.weights.copy()
+    weights[1, 1] = 2
+    return lattice.moved(weights=weights)
+
+
+@pytest.mark.parametrize("adapt", ["refuse", "exact", "resample"])
+@pytest.mark.parametrize(
+    ("name", "lattice", "ways"),
+    [
+        ("a.xyz", Lattice.box([0], [1], shape=(4,)), ""),
+        ("a.cfg", Lattice.box([0], [1], shape=(4,)), ""),
+        ("a.xyz", weighted(box()[0]), '"resample"'),
+        ("a.xyz", Lattice.box([0, 0], [1, 1], shape=(4, 4)), '"exact" or "resample"'),
+        ("a.xyz", box()[0].insert_knots(0, [1 / 6]), '"exact" or "resample"'),
+        ("a.xyz", box()[0].insert_knots(0, [1 / np.pi]), '"resample"'),
+        ("a.prm", box((4, 4, 4))[1], ""),
+    ],
+)
+def test_only_remedies_that_help_are_offered_and_they_do(tmp_path, name, lattice, ways, adapt):
+    if f'"{adapt}"' in ways:
+        write_lattice(tmp_path / name, lattice, adapt=adapt)
+        return
+    with pytest.raises(InputError) as caught:
+        write_lattice(tmp_path / name, lattice, adapt=adapt)
+    end = f"write .lattice.json, or adapt it with {ways}" if ways else "write .lattice.json"
+    assert str(caught.value).endswith(end)
+
+
 def test_unknown_suffix_and_unknown_adaptation_are_refused(tmp_path):
     rest, _ = box()
     with pytest.raises(InputError, match="no lattice format"):

@@ -37,6 +37,54 @@ def test_fewer_directions_go_there_and_back(tmp_path, shape, suffix):
     assert np.abs(back.control_points - lattice.control_points).max() < 1e-14
 
 
+def surface(corners):
+    """A bilinear surface of GoTools, u fastest."""
+    rows = "\n".join(" ".join(map(repr, corner)) for corner in corners)
+    return f"200 1 0 0\n3 0\n2 2\n0 0 1 1\n2 2\n0 0 1 1\n{rows}\n"
+
+
+R = math.sqrt(0.5)
+
+
+@pytest.mark.parametrize(
+    ("across", "axes"),
+    [
+        ([1.0, 0.0, 0.0], [[1, 0, 0], [0, 0, 1]]),
+        ([-1.0, 0.0, 0.0], [[1, 0, 0], [0, 0, 1]]),
+        ([0.0, 1.0, 0.0], [[0, 1, 0], [0, 0, 1]]),
+        ([1.0, 1.0, 0.0], [[R, R, 0], [0, 0, 1]]),
+        ([1.0, 0.0, 0.5], [[1, 0, 0], [0, 0, 1]]),
+    ],
+)
+@pytest.mark.parametrize("size", [1.0, 1e200])
+def test_an_upright_surface_has_the_axes_of_its_plane(tmp_path, across, axes, size):
+    up, start = np.array([0.0, 0.0, 2.0]), np.array([3.0, 4.0, 5.0])
+    across = np.array(across)
+    corners = size * np.array([start, start + across, start + up, start + across + up])
+    (tmp_path / "a.g2").write_text(surface(corners.tolist()))
+    assert np.allclose(read_lattice(tmp_path / "a.g2")[0].axes, axes, rtol=0, atol=1e-15)
+
+
+def test_surfaces_that_lie_or_lean_are_seen_along_z(tmp_path):
+    tilted = [[0.0, 0.0, 0.0], [1.0, 0.0, 9.0], [0.0, 1.0, 0.0], [1.0, 1.0, 9.0]]
+    (tmp_path / "a.g2").write_text(surface(tilted))
+    assert np.array_equal(read_lattice(tmp_path / "a.g2")[0].axes, np.eye(3)[:2])
+
+
+def test_a_surface_that_is_only_a_line_gets_no_axes_of_its_own(tmp_path):
+    for corners in ([[0.0, 0.0, 0.0]] * 4, [[float(k), 0.0, 0.0] for k in range(4)]):
+        (tmp_path / "a.g2").write_text(surface(corners))
+        assert np.array_equal(read_lattice(tmp_path / "a.g2")[0].axes, np.eye(3)[:2])
+
+
+def test_an_upright_surface_and_curve_of_splinepy_have_their_own_axes(tmp_path):
+    for shape, axes in (((4, 3), [[1, 0, 0], [0, 0, 1]]), ((4,), [[0, 1, 0]])):
+        lattice = Lattice.box([0, 0], [2, 1], shape=shape, axes=axes)
+        flat = Lattice(lattice.degrees, lattice.knots, lattice.control_points)  # axes x, y
+        write_lattice(tmp_path / "a.splinepy.json", flat)
+        assert read_lattice(tmp_path / "a.splinepy.json")[0] == lattice
+
+
 @pytest.mark.parametrize(
     "name",
     ["sample_geomdl.json", "sample_splinepy.json", "sample_volume.g2", "sample_volume_rat.g2"],

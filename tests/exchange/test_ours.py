@@ -21,7 +21,7 @@ def example(shape=(4, 3, 2)):
     return rest, rest.moved(points, 0.5 + rng.random(rest.shape))
 
 
-@pytest.mark.parametrize("shape", [(4, 3, 2), (4, 3), (5,)])
+@pytest.mark.parametrize("shape", [(4, 3, 3), (4, 3), (5,)])
 def test_every_bit_survives(tmp_path, shape):
     rest, current = example(shape)
     path = tmp_path / "a.lattice.json"
@@ -160,3 +160,37 @@ def test_deep_nesting_is_refused(tmp_path):
     path.write_text('{"format": ' + "[" * 100_000 + "]" * 100_000 + "}")
     with pytest.raises(InputError, match="nested"):
         read_lattice(path)
+
+
+@pytest.mark.parametrize(
+    ("options", "cause"),
+    [
+        ({"frozen": 1.5}, "whole number, got 1.5"),
+        ({"frozen": True}, "whole number, got True"),
+        ({"frozen": "1"}, "whole number, got '1'"),
+        ({"frozen": -1}, "-1 frozen layers"),
+        ({"frozen": 2}, "2 frozen layers on each face leave nothing of 5x4x3 points"),
+        ({"units": None}, "units of a lattice must be a text, got None"),
+        ({"current": "bent"}, "a lattice is needed, got 'bent'"),
+        ({"tag": "WING"}, "FFD Studio lattice has no option tag"),
+    ],
+)
+def test_what_could_not_be_read_back_is_not_written(tmp_path, options, cause):
+    path = tmp_path / "a.lattice.json"
+    with pytest.raises(InputError, match=cause):
+        write_lattice(path, Lattice.box([0, 0, 0], [1, 1, 1], shape=(5, 4, 3)), **options)
+    assert not path.exists()
+
+
+def test_frozen_layers_may_be_numpys_number(tmp_path):
+    path = tmp_path / "a.lattice.json"
+    write_lattice(path, Lattice.box([0], [1], shape=(4,)), frozen=np.int64(1))
+    assert read_lattice_file(path).frozen == 1
+
+
+@pytest.mark.parametrize("path", [None, 5, b"a.lattice.json"])
+def test_what_is_no_path_is_refused_in_words(path):
+    with pytest.raises(InputError, match="a path must be"):
+        write_lattice(path, Lattice.box([0], [1], shape=(4,)))
+    with pytest.raises(InputError, match="a path must be"):
+        read_lattice_file(path)

@@ -280,12 +280,17 @@ def test_what_su2_cannot_say_is_refused(tmp_path):
         write_lattice(path, Lattice.box([0, 0, 0], [1, 1, 1], shape=(4, 4, 4)))
     with pytest.raises(InputError, match="one word"):
         write_lattice(path, box, tag="MAIN BOX")
+    with pytest.raises(InputError, match="one word"):
+        write_lattice(path, box, tag=5)
+    for markers in ("hull", 5):
+        with pytest.raises(InputError, match="a list of names"):
+            write_lattice(path, box, markers=markers)
     with pytest.raises(InputError, match="no marker hull"):
         write_lattice(path, box, markers=["hull"])
     assert path.read_text() == SQUARE
 
 
-@pytest.mark.parametrize("shape", [(5, 3), (4, 3, 2)])
+@pytest.mark.parametrize("shape", [(5, 3), (4, 3, 3)])
 def test_the_configuration_spells_the_same_box(tmp_path, shape):
     path = tmp_path / "box.cfg"
     ends = [-1.0, -2.0, -3.0], [1.0, 1.0, 1.0]

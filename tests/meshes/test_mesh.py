@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from ffdstudio import InputError, read_mesh
+from ffdstudio import InputError, quality, read_mesh, write_mesh
 from ffdstudio.meshes import Faces, Mesh
 from ffdstudio.meshes.formats import FORMATS, recognise
 from tests.meshes.specimens import SPECIMENS, grid_points, hexahedra, hexahedron_faces, vtk_grid
@@ -129,3 +129,30 @@ def test_a_missing_file_and_a_folder_without_mesh_are_refused(tmp_path):
         read_mesh(tmp_path / "none.su2")
     with pytest.raises(InputError, match="there is no folder"):
         read_mesh(tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("make", "cause"),
+    [
+        (lambda: Mesh("points"), "points must be an array of numbers"),
+        (lambda: Mesh([[1], [1, 2]]), "points must be an array of numbers"),
+        (lambda: Mesh([[0, 0, 1j]]), "points must be an array of numbers"),
+        (lambda: Mesh([[0, 0, 0]], {"vertex": "abc"}), "the cells: vertex must be an array of"),
+        (lambda: Mesh([[0, 0, 0]], {"vertex": [[0.5]]}), "must be an array of node indices"),
+        (lambda: Mesh([[0, 0, 0]], {"vertex": [[np.nan]]}), "must be an array of node indices"),
+        (lambda: Mesh([[0, 0, 0]], [[0]]), "the cells must be given by type"),
+        (lambda: Mesh([[0, 0, 0]], {}, {"hull": [[0]]}), "marker hull must be given by type"),
+        (lambda: Mesh([[0, 0, 0]], {}, [[0]]), "markers must be given by name"),
+        (lambda: Mesh([[0, 0, 0]]).with_points("x"), "points must be an array of numbers"),
+        (lambda: Mesh([[0, 0, 0]]).marker_nodes(["hull"]), r"no marker \['hull'\]"),
+        (lambda: quality(Mesh([[0, 0, 0]]), "x"), "the points given must be an array of"),
+        (lambda: quality("mesh"), "a mesh is needed, got 'mesh'"),
+        (lambda: write_mesh("mesh", "a.su2"), "a mesh is needed, got 'mesh'"),
+        (lambda: write_mesh(Mesh([[0, 0, 0]]), None), "a path must be"),
+        (lambda: read_mesh(5), "a path must be"),
+        (lambda: read_mesh("n" * 300), "file name too long"),
+    ],
+)
+def test_whatever_is_wrong_with_an_argument_is_said_in_words(make, cause):
+    with pytest.raises(InputError, match=cause):
+        make()

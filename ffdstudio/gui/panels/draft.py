@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ffdstudio.engine import Lattice
+from ffdstudio.engine.frozen import leaves_some
 from ffdstudio.project.commands import CreateBox
-from ffdstudio.project.model import leaves_some
 
 Array = NDArray[np.float64]
 DIRECTIONS = "ijk"

@@ -21,7 +21,7 @@ from pathlib import Path
 import numpy as np
 
 from ffdstudio.errors import InputError
-from ffdstudio.files import read_bytes, write_bytes, write_together
+from ffdstudio.files import read_bytes, remove, write_bytes, write_together
 from ffdstudio.meshes.formats import Progress
 from ffdstudio.meshes.formats.foamfile import FoamFile, dictionary, packed
 from ffdstudio.meshes.formats.foamzones import add_zones
@@ -125,10 +125,7 @@ def _plain(data: bytes) -> bytes:
 def _remove_twin(file: Path) -> None:
     """Remove the packed form of a file, or the plain one, which is no longer true."""
     twin = file.with_suffix("") if file.suffix == ".gz" else file.with_name(f"{file.name}.gz")
-    try:
-        twin.unlink(missing_ok=True)
-    except OSError as error:
-        raise InputError(f"cannot remove {twin}, which is not true any more") from error
+    remove(twin)
 
 
 def read(path: Path, data: bytes, progress: Progress) -> Mesh:

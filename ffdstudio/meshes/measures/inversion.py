@@ -17,7 +17,7 @@ from ffdstudio.meshes.measures.bezier import INSIDE, folded
 from ffdstudio.meshes.measures.blocks import Block, Blocks, blocks_of
 from ffdstudio.meshes.measures.corners import jacobians, signs
 from ffdstudio.meshes.mesh import Mesh
-from ffdstudio.meshes.topology import Array, Indices
+from ffdstudio.meshes.topology import Array, Indices, numbers
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,7 +80,9 @@ def inverted(mesh: Mesh, points: ArrayLike | None = None) -> Inverted:
 
 def deformed(mesh: Mesh, points: ArrayLike | None) -> Array:
     """Coordinates as an array that fits the mesh."""
-    new = mesh.points if points is None else np.asarray(points, dtype=np.float64)
+    if not hasattr(mesh, "points"):
+        raise InputError(f"a mesh is needed, got {mesh!r}")
+    new = mesh.points if points is None else numbers(points, "the points given")
     if new.shape != mesh.points.shape:
         raise InputError(f"this mesh has points {mesh.points.shape}, the points given {new.shape}")
     return new

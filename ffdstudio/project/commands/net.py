@@ -9,6 +9,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from ffdstudio.engine.frozen import frozen_mask
 from ffdstudio.project.commands.base import (
     Command,
     Numbers,
@@ -19,7 +20,7 @@ from ffdstudio.project.commands.base import (
     reset,
     where,
 )
-from ffdstudio.project.model import Index, Model, frozen_mask
+from ffdstudio.project.model import Index, Model
 from ffdstudio.project.sliding import planes_in, slid
 
 DIRECTIONS = "ijk"

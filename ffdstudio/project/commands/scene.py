@@ -9,10 +9,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar
 
 from ffdstudio.engine import Lattice
+from ffdstudio.engine.frozen import frozen_mask
 from ffdstudio.errors import InputError
 from ffdstudio.exchange.morphed import BOXES
 from ffdstudio.project.commands.base import Command, Numbers, Points
-from ffdstudio.project.model import Body, Index, LatticeItem, Model, frozen_mask
+from ffdstudio.project.model import Body, Index, LatticeItem, Model
 
 if TYPE_CHECKING:
     from ffdstudio.meshes import Mesh
