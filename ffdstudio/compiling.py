@@ -25,11 +25,10 @@ def compiled(function: Callable[..., Any], **options: Any) -> Any:
     `options` are those of numba's njit.
     """
     from numba import njit
-    from numba.core.errors import NumbaError
 
     dispatcher = njit(**{"nogil": True, "error_model": "numpy", **options})(function)
     if dispatcher is not function:  # as it is when NUMBA_DISABLE_JIT is set
-        with suppress(RuntimeError, OSError, NumbaError):  # no writable folder for the cache
+        with suppress(Exception):  # no writable folder, or a numba that keeps its cache otherwise
             dispatcher._cache = _cache_class()(function)
     return dispatcher
 
