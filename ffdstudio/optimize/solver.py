@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator
+from contextlib import closing
+from itertools import islice
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ffdstudio.optimize.budget import Budget, BudgetSpent, Counts
 from ffdstudio.optimize.level import Level
 from ffdstudio.optimize.methods.least_squares import largest
 from ffdstudio.optimize.methods.problem import Trial, parts
 from ffdstudio.optimize.objectives.base import Evaluation, TakesVariables
+from ffdstudio.optimize.objectives.stream import Job, evaluated, streamed
 from ffdstudio.optimize.refine.sensitivity import Adjoint, Differences, Residuals, Sensitivity
 
 if TYPE_CHECKING:
@@ -24,47 +27,6 @@ DIFFERENCE = 1e-5  # of the extent: how far a finite difference moves the surfac
 ACTIVE = 1e-6  # slack below which an inequality counts as active
 
 
-class BudgetSpent(Exception):
-    """A limit of the budget is reached; the message names it."""
-
-
-@dataclass(frozen=True)
-class Budget:
-    """Limits of a study.
-
-    Attributes
-    ----------
-    evaluations, iterations : int, optional
-    tolerance : float, optional
-        The study has ended when the cost is at or below it.
-    """
-
-    evaluations: int | None = None
-    iterations: int | None = None
-    tolerance: float | None = None
-
-    def check_iterate(self, iterations: int, cost: float) -> None:
-        """Raise `BudgetSpent` at the limit of iterations or at the tolerance."""
-        if self.tolerance is not None and cost <= self.tolerance:
-            raise BudgetSpent("tolerance reached")
-        if self.iterations is not None and iterations >= self.iterations:
-            raise BudgetSpent("iterations spent")
-
-    def check_evaluation(self, evaluations: int) -> None:
-        """Raise `BudgetSpent` if no further evaluation is allowed."""
-        if self.evaluations is not None and evaluations >= self.evaluations:
-            raise BudgetSpent("evaluations spent")
-
-
-@dataclass
-class Counts:
-    """What has been spent so far."""
-
-    evaluations: int = 0
-    flow: int = 0
-    adjoint: int = 0
-
-
 class LevelProblem:
     """See `methods.problem.Problem`."""
 
@@ -74,6 +36,7 @@ class LevelProblem:
         self.constrained, self.largest = name == "slsqp", name == "minimax"
         self.on_trial: Callable[[Trial], None] = lambda trial: None
         self.on_report: Callable[[Trial], None] = lambda trial: None
+        self.on_difference: Callable[[list[float], float], None] = lambda y, value: None
         self.budget = Budget()
         self.measures: dict[str, float] = {}
         self._last: Trial | None = None
@@ -139,7 +102,7 @@ class LevelProblem:
         points, objective = self.level.at(z), self.task.objective
         if isinstance(objective, TakesVariables):
             objective.variables = (self.level.white.matrix @ z).tolist()
-        found = objective.evaluate(points, gradient)
+        found = evaluated(objective, points, gradient)
         self._count(found)
         return self._trial(z, points, found)
 
@@ -170,24 +133,35 @@ class LevelProblem:
     def _by_differences(self, z: Array) -> Trial:
         here = self.value(z)
         steps = np.array([DIFFERENCE / FIRST_MOVE * self.longest(e) for e in np.eye(self.size)])
-        gradient = self._differences(here, self.level.shapes_at(z) * steps) / steps
-        here.gradient = gradient
+        variables = (self.level.white.matrix @ (z + np.diag(steps)).T).T
+        fields = self.level.shapes_at(z) * steps
+        here.gradient = self._differences(here, fields, variables.tolist()) / steps
         return here
 
-    def _differences(self, here: Trial, fields: Array) -> Array:
-        """Changes of the cost by columns of displacements; all at once, if the objective can."""
+    def _differences(
+        self, here: Trial, fields: Array, variables: list[list[float]] | None
+    ) -> Array:
+        """Changes of the cost by columns of displacements, with the design variables of each."""
+        count = fields.shape[1]
+        allowed = self.budget.allowed(count, self.counts.evaluations)
+        jobs, values = islice(self._shifted(here, fields, variables), allowed), []
+        with closing(streamed(self.task.objective, jobs)) as stream:
+            for job, found in stream:
+                self._count(found)
+                values.append(found.value + self._penalty(job.points)[0])
+                self.on_difference(job.variables or [], values[-1])
+        if allowed < count:
+            raise BudgetSpent("evaluations spent")
+        return np.array(values) - here.value
+
+    def _shifted(
+        self, here: Trial, fields: Array, variables: list[list[float]] | None
+    ) -> Iterator[Job]:
         points = self.level.at(here.z)
-        shifted = []
-        for column in fields.T:
+        for k, column in enumerate(fields.T):
             moved = points.copy()
             moved[:, self.level.coordinates] += column.reshape(-1, len(self.level.coordinates))
-            shifted.append(moved)
-        found = evaluate_all(self.task.objective, shifted)
-        for one in found:
-            self.budget.check_evaluation(self.counts.evaluations)
-            self._count(one)
-        values = [one.value + self._penalty(p)[0] for one, p in zip(found, shifted, strict=True)]
-        return np.array(values) - here.value
+            yield Job(moved, None if variables is None else variables[k])
 
     # ---- constraints ------------------------------------------------------------------------
 
@@ -246,7 +220,7 @@ class LevelProblem:
         """Finite differences of the cost along functions on the surface."""
         size = np.abs(functions).max(axis=0)
         steps = DIFFERENCE * self.extent / np.where(size > 0, size, 1.0)
-        return self._differences(here, functions * steps) / steps
+        return self._differences(here, functions * steps, None) / steps
 
     def _multiplied(self, trial: Trial) -> Any:
         """Gradient of the active constraints times their first-order multipliers."""
@@ -264,10 +238,3 @@ class LevelProblem:
         lower = np.concatenate([np.full(len(equal), -np.inf), np.zeros(len(by_least))])
         found = lsq_linear(self._pulled(rows, trial.z).T, trial.slope, bounds=(lower, np.inf))
         return (found.x @ rows).reshape(-1, 3)
-
-
-def evaluate_all(objective: Any, shapes: list[Array]) -> list[Evaluation]:
-    """Evaluate many shapes; at the same time, if the objective offers `evaluate_all`."""
-    if hasattr(objective, "evaluate_all"):
-        return list(objective.evaluate_all(shapes))
-    return [objective.evaluate(points, False) for points in shapes]
