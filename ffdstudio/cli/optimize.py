@@ -17,7 +17,9 @@ from ffdstudio.exchange.morphed import write_morphed
 from ffdstudio.meshes import Mesh
 from ffdstudio.optimize import plots
 from ffdstudio.optimize.case import Case, read_case
+from ffdstudio.optimize.objectives.base import Objective
 from ffdstudio.optimize.objectives.flow import FlowTarget
+from ffdstudio.optimize.objectives.remembered import Remembered
 from ffdstudio.optimize.panel import PanelFlow
 from ffdstudio.optimize.record import History, Record
 from ffdstudio.optimize.solver import Budget
@@ -45,7 +47,7 @@ def run(args: argparse.Namespace) -> int:
     case = read_case(args.case, folder, args.resume)
     _check_budget(args.case, case.study.budget)
     history = case.study.run(_tell)
-    result = figures(history)
+    result = figures(history) | _recalled(case.task.objective)
     if folder is not None:
         result["files"] = write(case, history, folder, Path(args.case).stem)
         if case.mesh is not None:
@@ -85,6 +87,15 @@ def figures(history: History) -> dict[str, Any]:
         "ended": history.records[-1].note,
         "history": rows,
     }
+
+
+def _recalled(objective: Objective) -> dict[str, int]:
+    """How many answers came from an earlier run, of an objective that is remembered."""
+    if not isinstance(objective, Remembered):
+        return {}
+    if objective.recalled:
+        note(f"{objective.recalled} evaluations were known from {objective.folder}")
+    return {"recalled": objective.recalled}
 
 
 def _row(record: Record) -> dict[str, Any]:

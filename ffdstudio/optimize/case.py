@@ -125,7 +125,7 @@ def build(values: dict[str, Any], beside: Path, folder: Path | None, resume: boo
     mesh = read_mesh(beside / follower) if follower else shape.mesh
     rest = _lattice(tables["lattice"], shape)
     rules = rules_of(tables["variables"], shape)
-    objective = objective_of(tables["objective"], shape, beside, folder)
+    objective = objective_of(tables["objective"], shape, beside, folder, resume)
     method = tables["method"]
     task = Task(
         objective,

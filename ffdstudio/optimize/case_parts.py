@@ -11,6 +11,7 @@ import numpy as np
 from ffdstudio.errors import InputError
 from ffdstudio.optimize import constraints as limits
 from ffdstudio.optimize.contour import upper_side
+from ffdstudio.optimize.identity import identity, module_files, program_files
 from ffdstudio.optimize.objectives.base import Objective
 from ffdstudio.optimize.objectives.distance import ContourDistance, SurfaceDistance
 from ffdstudio.optimize.objectives.flow import FlowTarget
@@ -57,13 +58,25 @@ def _bounds(table: Table) -> tuple[float, float] | None:
     return weights[0], weights[1]
 
 
-def objective_of(table: Table, shape: Shape, beside: Path, folder: Path | None) -> Objective:
+def objective_of(
+    table: Table, shape: Shape, beside: Path, folder: Path | None, resume: bool = False
+) -> Objective:
     """Objective of ``[objective]``; expensive ones are remembered in the study's folder."""
+    settings = dict(table.values)
     kind = table.choice("kind", tuple(_OBJECTIVES))
     found = _OBJECTIVES[kind](table, shape, beside, folder)
-    if kind in ("function", "program", "neuralfoil") and folder is not None:
-        return Remembered(found, folder / "evaluations")
-    return found
+    if folder is None:
+        return found
+    if isinstance(found, ExternalProgram):
+        mesh = [] if shape.mesh is None or shape.mesh.path is None else [Path(shape.mesh.path)]
+        files = [*program_files(found.command), *mesh]
+    elif isinstance(found, PythonFunction):
+        files = module_files(str(found.name))
+    elif isinstance(found, NeuralFoil):
+        files = []
+    else:
+        return found
+    return Remembered(found, folder / "evaluations", identity(settings, files), resume)
 
 
 def _contour(table: Table, shape: Shape, beside: Path, folder: Path | None) -> Objective:
