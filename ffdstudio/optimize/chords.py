@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ffdstudio.optimize.constraints import Values
+from ffdstudio.optimize.constraints import Values, measured
 from ffdstudio.optimize.objectives.base import Evaluation
 
 Array = NDArray[np.float64]
@@ -79,3 +79,12 @@ class InChords:
         """See `constraints.Quantity`."""
         values, rows = self.inner(self.chord.local(points))
         return Values(values, rows / self.chord.length)
+
+    @property
+    def angles(self) -> tuple[float, ...]:
+        """Angles of attack of the flows that are solved; see `constraints.Aerodynamic`."""
+        return tuple(getattr(self.inner, "angles", ()))
+
+    def values(self, points: Array) -> Array:
+        """Values of a quantity alone; see `constraints.Aerodynamic`."""
+        return measured(self.inner, self.chord.local(points), derivatives=False).values

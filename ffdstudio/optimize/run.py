@@ -163,7 +163,7 @@ class Run:
 
     def _violation(self) -> float:
         points = self.level.at(self.best.z)
-        return max((c.violation(points) for c in self.task.constraints), default=0.0)
+        return max(self.problem.slacks.violations(points).values(), default=0.0)
 
     def _kept(self) -> _Kept:
         return _Kept(self.level, self.best, self._inserted, self.problem)

@@ -17,6 +17,7 @@ from ffdstudio.optimize.methods.problem import Trial, parts
 from ffdstudio.optimize.objectives.base import Evaluation, TakesVariables
 from ffdstudio.optimize.objectives.stream import Job, evaluated, streamed
 from ffdstudio.optimize.refine.sensitivity import Adjoint, Differences, Residuals, Sensitivity
+from ffdstudio.optimize.slacks import Slack, Slacks
 
 if TYPE_CHECKING:
     from ffdstudio.optimize.study import Task
@@ -39,6 +40,7 @@ class LevelProblem:
         self.on_difference: Callable[[list[float], float], None] = lambda y, value: None
         self.budget = Budget()
         self.measures: dict[str, float] = {}
+        self.slacks = Slacks(task.constraints, counts)
         self._last: Trial | None = None
         seen = level.body.embedding.points[level.body.surface.mass > 0]
         self.extent = float(np.ptp(seen, axis=0).max())
@@ -78,7 +80,12 @@ class LevelProblem:
             trial.by_points = reached.by_points
             trial.jacobian = trial.by_points @ self.level.shapes
         self._last = trial
+        self._share(self.level.at(z))
         return trial
+
+    def _share(self, points: Array) -> None:
+        """Let constraints know which flows the cost has solved about a shape."""
+        self.slacks.share(points, getattr(self.task.objective, "angles", ()))
 
     def longest(self, direction: Array) -> float:
         """Multiple of a direction that moves no point by more than a fiftieth of the extent."""
@@ -119,14 +126,10 @@ class LevelProblem:
             trial.residuals = found.residuals
             trial.by_points = self.level.columns(found.sensitivity)
             trial.jacobian = trial.by_points @ self.level.shapes_at(z)
+        self._share(points)
         self._penalise(trial, points)
-        return self._done(trial, found)
-
-    def _done(self, trial: Trial, found: Evaluation) -> Trial:
-        self._last, self.measures = trial, dict(found.measures)
-        for k, constraint in enumerate(self.task.constraints):
-            name = constraint.name or f"constraint {k}"
-            self.measures[f"violation: {name}"] = constraint.violation(self.level.at(trial.z))
+        missed = {f"violation: {k}": v for k, v in self.slacks.violations(points).items()}
+        self._last, self.measures = trial, {**found.measures, **missed}
         self.on_trial(trial)
         return trial
 
@@ -148,7 +151,7 @@ class LevelProblem:
         with closing(streamed(self.task.objective, jobs)) as stream:
             for job, found in stream:
                 self._count(found)
-                values.append(found.value + self._penalty(job.points)[0])
+                values.append(found.value + self._penalty(job.points))
                 self.on_difference(job.variables or [], values[-1])
         if allowed < count:
             raise BudgetSpent("evaluations spent")
@@ -169,39 +172,39 @@ class LevelProblem:
         """Number of constraints of a kind."""
         return sum(c.kind == kind for c in self.task.constraints)
 
-    def constraints(self, z: Array, kind: str) -> tuple[Array, Array]:
+    def constraints(self, z: Array, kind: str) -> Slack:
         """Slacks of a kind and their derivatives by the variables."""
-        values, rows = self._slacks(self.level.at(z), kind)
-        return values, self._pulled(rows, z)
-
-    def _slacks(self, points: Array, kind: str) -> tuple[Array, Array]:
-        parts = [c.slack(points) for c in self.task.constraints if c.kind == kind]
-        if not parts:
-            return np.zeros(0), np.zeros((0, points.size))
-        return np.concatenate([p.values for p in parts]), np.vstack([p.derivatives for p in parts])
+        points = self.level.at(z)
+        return Slack(
+            lambda: self.slacks.values(points, kind),
+            lambda: self._pulled(self.slacks.rows(points, kind), z),
+        )
 
     def _pulled(self, rows: Array, z: Array) -> Array:
         by_point = rows.reshape(len(rows), -1, 3)[:, :, self.level.coordinates]
         return by_point.reshape(len(rows), -1) @ self.level.shapes_at(z)
 
-    def _penalty(self, points: Array) -> tuple[float, Array | None]:
+    def _penalty(self, points: Array) -> float:
+        """Half the squared violations, for methods that know no constraints."""
         if self.constrained or not self.task.constraints:
-            return 0.0, None
-        equal, by_equal = self._slacks(points, "eq")
-        least, by_least = self._slacks(points, "ineq")
-        least = np.minimum(least, 0.0)
-        value = 0.5 * self.task.penalty * float(equal @ equal + least @ least)
-        gradient = self.task.penalty * (equal @ by_equal + least @ by_least)
-        return value, gradient.reshape(-1, 3)
+            return 0.0
+        equal, least = self._missed(points)
+        return 0.5 * self.task.penalty * float(equal @ equal + least @ least)
+
+    def _missed(self, points: Array) -> tuple[Array, Array]:
+        equal, least = (self.slacks.values(points, kind) for kind in ("eq", "ineq"))
+        return equal, np.minimum(least, 0.0)
 
     def _penalise(self, trial: Trial, points: Array) -> None:
-        value, gradient = self._penalty(points)
-        if gradient is None:
+        if self.constrained or not self.task.constraints:
             return
-        trial.value += value
+        trial.value += self._penalty(points)
         trial.residuals = trial.jacobian = trial.by_points = None
         if trial.surface is not None:
-            trial.surface = trial.surface + gradient
+            equal, least = self._missed(points)
+            by_equal, by_least = (self.slacks.rows(points, kind) for kind in ("eq", "ineq"))
+            slope = self.task.penalty * (equal @ by_equal + least @ by_least)
+            trial.surface = trial.surface + slope.reshape(-1, 3)
             trial.gradient = self.level.pull(trial.surface, trial.z)
 
     # ---- what a refinement wants to know ----------------------------------------------------
@@ -229,9 +232,8 @@ class LevelProblem:
         from scipy.optimize import lsq_linear
 
         points = self.level.at(trial.z)
-        equal, by_equal = self._slacks(points, "eq")
-        least, by_least = self._slacks(points, "ineq")
-        by_least = by_least[least <= ACTIVE]
+        equal, by_equal = (f(points, "eq") for f in (self.slacks.values, self.slacks.rows))
+        by_least = self.slacks.rows(points, "ineq")[self.slacks.values(points, "ineq") <= ACTIVE]
         rows = np.vstack([by_equal, by_least])
         if not len(rows):
             return 0.0
