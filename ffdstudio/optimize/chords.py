@@ -42,6 +42,11 @@ class Chord:
         return cls(x, y, float(high - x))
 
     @property
+    def unit(self) -> bool:
+        """Whether nothing has to be changed."""
+        return self == Chord(0.0, 0.0, 1.0)
+
+    @property
     def origin(self) -> Array:
         """(3,) nose's abscissa and trailing edge's height."""
         return np.array([self.x, self.y, 0.0])
@@ -88,3 +93,35 @@ class InChords:
     def values(self, points: Array) -> Array:
         """Values of a quantity alone; see `constraints.Aerodynamic`."""
         return measured(self.inner, self.chord.local(points), derivatives=False).values
+
+
+def plain(objective: Any) -> Any:
+    """What an objective in chords is made of; any other as it is."""
+    return objective.inner if isinstance(objective, InChords) else objective
+
+
+@dataclass
+class OnNodes:
+    """A quantity of some of the points, seen from all of them: a section within its mesh."""
+
+    inner: Any
+    nodes: NDArray[np.int64]
+
+    def __call__(self, points: Array) -> Values:
+        """See `constraints.Quantity`."""
+        values, rows = self.inner(points[self.nodes])
+        part = rows.toarray() if hasattr(rows, "toarray") else np.asarray(rows)
+        whole = np.zeros((len(values), len(points), 3))
+        shares = part.reshape(len(values), -1, 3)
+        for k, node in enumerate(self.nodes):  # the trailing edge comes first and last
+            whole[:, node] += shares[:, k]
+        return Values(values, whole.reshape(len(values), -1))
+
+    @property
+    def angles(self) -> tuple[float, ...]:
+        """Angles of attack of the flows that are solved; see `constraints.Aerodynamic`."""
+        return tuple(getattr(self.inner, "angles", ()))
+
+    def values(self, points: Array) -> Array:
+        """Values alone; see `constraints.Aerodynamic`."""
+        return measured(self.inner, points[self.nodes], derivatives=False).values

@@ -159,6 +159,7 @@ class Thickness:
     def __call__(self, points: Array) -> Values:
         """See `Quantity`."""
         nose = int(np.argmin(points[:, 0]))
+        self._check(points[nose, 0], points[[0, -1], 0].min())
         values = np.zeros(len(self.abscissae))
         rows = np.zeros((len(values), len(points), 3))
         surfaces = (np.arange(nose, -1, -1), 1.0), (np.arange(nose, len(points)), -1.0)
@@ -173,6 +174,15 @@ class Thickness:
                 rows[at, node, 1] += sign * share
                 rows[at, node, 0] -= sign * share * slope
         return Values(values, rows.reshape(len(values), -1))
+
+    def _check(self, low: float, high: float) -> None:
+        room = 0.01 * (high - low)  # nose and trailing edge may move a little
+        outside = (self.abscissae < low - room) | (self.abscissae > high + room)
+        if outside.any():
+            raise InputError(
+                f"there is no thickness at x = {self.abscissae[outside][0]:g}: the section "
+                f"reaches from {low:g} to {high:g}"
+            )
 
 
 class MaxThickness:
