@@ -108,7 +108,7 @@ def test_a_mesh_that_the_case_names_follows_and_is_in_the_project(capsys, tmp_pa
         ("[shape", "no TOML"),
         ("[shapes]\n", "knows no [shapes]"),
         ("[shape]\n", "lacks source"),
-        ('[shape]\nsource = "naca0012"\n[lattice]\nshape = [5, "2"]\n', "list of numbers"),
+        ('[shape]\nsource = "naca0012"\n[lattice]\nshape = [5, "2"]\n', "each a whole number"),
         ('[shape]\nsource = "naca0012"\npoints = true\n', "whole number"),
         ('[shape]\nsource = "naca0012"\n[lattice]\nshape = [5, 2]\n', "lacks kind"),
         (
@@ -188,4 +188,4 @@ def test_a_case_without_a_budget_to_spend_is_refused(capsys, tmp_path):
         "angles = [1]\nlift = [0.2]\n[budget]\nevaluations = 0\n"
     )
     assert main(["optimize", str(case)]) == 2
-    assert "evaluations in [budget] must be at least 1" in capsys.readouterr().err
+    assert "[budget] evaluations must be a whole number, at least 1" in capsys.readouterr().err
