@@ -42,13 +42,41 @@ def test_a_tolerance_that_is_missed_is_told_by_the_exit_code(capsys):
     assert main(arguments) == 1
 
 
-@pytest.mark.parametrize("name", ["contour", "pressure", "lift"])
-def test_the_example_cases_run(name, capsys, tmp_path):
-    assert main(["optimize", str(CASES / f"{name}.toml"), "-o", str(tmp_path), "--json"]) == 0
+ENDED = {
+    "function": "evaluations spent",
+    "neuralfoil": "iterations spent",
+    "program": "iterations spent",
+}
+
+
+@pytest.mark.parametrize("path", sorted(CASES.glob("*.toml")), ids=lambda path: path.stem)
+def test_the_example_cases_run_as_they_lie(path, capsys, tmp_path):
+    code = main(["optimize", str(path), "-o", str(tmp_path), "--json"])
+    if path.stem == "neuralfoil" and code == 2:
+        assert "pip install 'ffdstudio[neuralfoil]'" in capsys.readouterr().err
+        return
+    assert code == 0
     result = output(capsys)
-    assert result["cost"] < 1e-2 * result["first_cost"]
-    assert result["ended"] == "converged"
+    assert result["cost"] < (0.5 if path.stem in ENDED else 1e-2) * result["first_cost"]
+    assert result["ended"] == ENDED.get(path.stem, "converged")
+    assert result["violation"] <= 1e-8
     assert {path.name for path in tmp_path.iterdir()} >= set(result["files"])
+
+
+def test_what_fails_at_the_start_is_told_with_the_name_of_the_case(capsys, tmp_path):
+    text = (CASES / "function.toml").read_text()
+    (tmp_path / "odd.toml").write_text(text.replace("function_objective:cost", "math:sqrt"))
+    assert main(["optimize", str(tmp_path / "odd.toml")]) == 2
+    assert "odd.toml: the objective failed, TypeError" in capsys.readouterr().err
+
+
+def test_a_module_that_ends_python_is_reported(capsys, tmp_path):
+    (tmp_path / "quitting_module.py").write_text("import sys\nsys.exit('no licence')\n")
+    text = (CASES / "function.toml").read_text()
+    name = text.replace("function_objective:cost", "quitting_module:cost")
+    (tmp_path / "odd.toml").write_text(name)
+    assert main(["optimize", str(tmp_path / "odd.toml")]) == 2
+    assert "its module called sys.exit('no licence')" in capsys.readouterr().err
 
 
 def test_the_external_program_of_the_examples_runs_and_resumes(capsys, tmp_path):
