@@ -143,7 +143,7 @@ def _pressures(objective: FlowTarget, start: Array, end: Array, folder: Path) ->
             curves[name] = (flow.middles.real, flow.pressure[0])
         if objective.pressure is not None:
             curves["target"] = (curves["start"][0], objective.pressure[k])
-        files += plots.save(plots.pressures(curves), folder, f"pressure_{angle:g}")
+        files += plots.save(plots.pressures(curves, "target"), folder, f"pressure_{angle:g}")
     return files
 
 
