@@ -9,8 +9,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -19,6 +18,7 @@ from numpy.typing import NDArray
 from ffdstudio.engine import Lattice
 from ffdstudio.optimize.budget import BudgetSpent, Counts
 from ffdstudio.optimize.control import Stopped
+from ffdstudio.optimize.endings import Over, asking
 from ffdstudio.optimize.level import Body, Level
 from ffdstudio.optimize.methods.problem import Memory, Trial, carried_directions
 from ffdstudio.optimize.objectives.base import Stoppable
@@ -42,23 +42,6 @@ MET = 1e-8  # violation of a constraint that a coarser lattice may have
 
 class _RefinementDue(Exception):
     """A trigger asks for a cycle of refinement."""
-
-
-class _Over(Exception):
-    """What a refinement asks cannot be answered; the message is how the study ended."""
-
-
-@contextmanager
-def _asking() -> Iterator[None]:
-    """While a refinement asks; finite differences cost, fail and are stopped then too."""
-    try:
-        yield
-    except BudgetSpent as spent:
-        raise _Over(str(spent)) from spent
-    except Stopped as stop:
-        raise _Over("stopped") from stop
-    except EvaluationError as failed:
-        raise _Over(f"failed: {failed}") from failed
 
 
 class _Kept(NamedTuple):
@@ -104,7 +87,7 @@ class Run:
     def _levels_or_over(self) -> str:
         try:
             return self._levels()
-        except _Over as over:
+        except Over as over:
             return self._ended(str(over))
 
     def _levels(self) -> str:
@@ -152,10 +135,10 @@ class Run:
         """Remove a knot and run the method; returns why that ended."""
         first, z = DesignSpace.of(self.task.embedding.lattice, self.task.rules), self.best.z
         try:
-            with _asking():
+            with asking():
                 sensitivity = self.problem.sensitivity(self.best)
                 self.level, gone = coarsened(first, self._inserted, self.level, sensitivity, z)
-        except _Over as over:
+        except Over as over:
             return str(over)
         self._inserted = [c for c in self._inserted if c is not gone]
         self._begin_anew(f"removed: {_told(gone)}")
@@ -202,7 +185,7 @@ class Run:
         if settings is None or not settings.relocate:
             return None
         first, z = DesignSpace.of(self.task.embedding.lattice, self.task.rules), self.best.z
-        with _asking():
+        with asking():
             sensitivity = self.problem.sensitivity(self.best)
             self.level, self._inserted = relocated(
                 first, self._inserted, self.level, sensitivity, z, settings.guards
@@ -221,7 +204,7 @@ class Run:
         self.problem = LevelProblem(self.level, self.task, self.counts, self.study.method_name)
         self.problem.on_trial = self._evaluated
         self.problem.on_report = self._reported
-        self.problem.on_difference = lambda y, cost: self._record("evaluation", cost, y=y)
+        self.problem.on_difference = self._differenced
         self.problem.budget = self.budget
         self.best = self.problem.start(self._reached)
         if self._number == 0:
@@ -235,7 +218,7 @@ class Run:
         if settings is None or self.level.space.size >= settings.variables:
             return []
         z = self.best.z
-        with _asking():
+        with asking():
             sensitivity = self.problem.sensitivity(self.best)
             chosen = choose(self.level, sensitivity, settings, abs(self.best.value))
         self._inserted = [*self._inserted, *chosen]
@@ -271,6 +254,11 @@ class Run:
         if self.problem.better(trial, getattr(self, "best", trial)):
             self.best = trial
         if self.history.iterates:  # where the study began is always an iterate
+            self.study.control.check()
+
+    def _differenced(self, y: list[float], cost: float) -> None:
+        self._record("evaluation", cost, y=y)
+        if self.history.iterates:
             self.study.control.check()
 
     def _reported(self, trial: Trial) -> None:

@@ -135,9 +135,9 @@ def word(choices: Sequence[str]) -> Key:
 
 def several(of: Key, least: int = 1, most: int | None = None, plural: str = "") -> Key:
     """A list of values."""
-    count = f"{least}" if most == least else f"{least} to {most}" if most else f"at least {least}"
+    count = "" if most is None else f"{most} " if most == least else f"{least} to {most} "
     return Key(
-        f"a list of {count} values, each {of.says}" if not plural else f"a list of {plural}",
+        f"a list of {plural or f'{count}values, each {of.says}'}",
         lambda value: (
             isinstance(value, list)
             and len(value) >= least

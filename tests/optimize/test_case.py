@@ -39,7 +39,7 @@ def changed(text, table, lines):
 @pytest.mark.parametrize(
     ("table", "lines", "message"),
     [
-        ("objective", "angles = []", r"\[objective\] angles must be a list of at least 1 values"),
+        ("objective", "angles = []", r"\[objective\] angles must be a list of values, each"),
         ("objective", "processes = 0", "knows no processes"),
         ("objective", "lift = [0.1, 0.2]", "1 angles need as many values of lift"),
         ("objective", "moment_weights = [1.0]", "weight of the moment, but no target"),

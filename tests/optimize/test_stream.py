@@ -193,6 +193,22 @@ def test_a_budget_that_ends_while_a_refinement_asks_ends_the_study(limit):
     assert history.records[-1].note == "evaluations spent"
 
 
+def test_a_stop_ends_the_differences_of_a_function_too():
+    from ffdstudio.optimize.objectives.function import PythonFunction
+
+    calls = []
+
+    def cost(points):
+        calls.append(1)
+        if len(calls) == 4:  # within the first differences
+            study.stop()
+        return float(np.mean(points[:, 1] ** 2 + points[:, 1]))
+
+    study = Study(task(PythonFunction(cost), columns(8), POINTS))
+    assert study.run().records[-1].note == "stopped"
+    assert len(calls) == 4
+
+
 def test_a_function_that_ends_python_has_failed():
     from ffdstudio.optimize.objectives.function import PythonFunction
 
