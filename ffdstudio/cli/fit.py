@@ -117,7 +117,7 @@ def _section_plots(
     fine = task.target.sample(len(deformed))
     curves = {names[0]: task.section.dense, names[1]: fine, "fitted": deformed}
     net = result.lattice.control_points
-    files = plots.save(plots.outlines(curves, net), folder, "sections")
+    files = plots.save(plots.outlines(curves, net, names[1]), folder, "sections")
     x = deformed[:, 0]
     band = kulfan_tolerance(x)
     fig = plots.errors(x, task.errors(result.lattice), task.section.dense_upper, band)

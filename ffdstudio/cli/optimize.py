@@ -18,10 +18,12 @@ from ffdstudio.exchange.morphed import write_morphed
 from ffdstudio.meshes import Mesh
 from ffdstudio.optimize import plots
 from ffdstudio.optimize.case import Case, read_case
+from ffdstudio.optimize.chords import plain
+from ffdstudio.optimize.objectives.base import Objective
 from ffdstudio.optimize.objectives.flow import FlowTarget
+from ffdstudio.optimize.objectives.remembered import Remembered
 from ffdstudio.optimize.panel import PanelFlow
 from ffdstudio.optimize.record import History, Record
-from ffdstudio.optimize.solver import Budget
 
 PACKAGE = Path(__file__).parents[1]
 PLACES = [place / "resources" / "cases" for place in (PACKAGE, PACKAGE.parent)]  # wheel, checkout
@@ -46,9 +48,8 @@ def run(args: argparse.Namespace) -> int:
     if folder is not None:
         make_folder(folder)
     case = read_case(args.case, folder, args.resume)
-    _check_budget(args.case, case.study.budget)
-    history = case.study.run(_tell)
-    result = figures(history)
+    history = _ran(case, args.case)
+    result = figures(history) | _recalled(case.task.objective)
     if folder is not None:
         result["files"] = write(case, history, folder, Path(args.case).stem)
         if case.mesh is not None:
@@ -60,11 +61,12 @@ def run(args: argparse.Namespace) -> int:
     return 1 if failed or result.get("mesh", {}).get("inverted") else 0
 
 
-def _check_budget(path: str, budget: Budget) -> None:
-    for name in ("evaluations", "iterations"):
-        count = getattr(budget, name)
-        if count is not None and count < 1:
-            raise InputError(f"{path}: {name} in [budget] must be at least 1, got {count}")
+def _ran(case: Case, path: str) -> History:
+    """Run a study; what goes wrong at its start is told with the case's name."""
+    try:
+        return case.study.run(_tell)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from error
 
 
 def _tell(record: Record) -> None:
@@ -90,6 +92,16 @@ def figures(history: History) -> dict[str, Any]:
     }
 
 
+def _recalled(objective: Objective) -> dict[str, int]:
+    """How many answers came from an earlier run, of an objective that is remembered."""
+    known = plain(objective)
+    if not isinstance(known, Remembered):
+        return {}
+    if known.recalled:
+        note(f"{known.recalled} evaluations were known from {known.folder}")
+    return {"recalled": known.recalled}
+
+
 def _row(record: Record) -> dict[str, Any]:
     names = ("cost", "variables", "evaluation", "iteration", "flow", "adjoint", "seconds")
     row = {name: getattr(record, name) for name in names}
@@ -109,8 +121,9 @@ def write(case: Case, history: History, folder: Path, name: str) -> list[str]:
         files.append(write_contour(folder / "contour.dat", name, points))
         curves = {"start": case.shape.points, "end": points}
         files += plots.save(plots.outlines(curves, current.control_points), folder, "sections")
-    if isinstance(case.task.objective, FlowTarget):
-        files += _pressures(case.task.objective, case.shape.points, points, folder)
+    flow, chord = plain(case.task.objective), case.shape.chord
+    if isinstance(flow, FlowTarget) and chord is not None:
+        files += _pressures(flow, chord.local(case.shape.points), chord.local(points), folder)
     return files
 
 
@@ -133,7 +146,7 @@ def _pressures(objective: FlowTarget, start: Array, end: Array, folder: Path) ->
             curves[name] = (flow.middles.real, flow.pressure[0])
         if objective.pressure is not None:
             curves["target"] = (curves["start"][0], objective.pressure[k])
-        files += plots.save(plots.pressures(curves), folder, f"pressure_{angle:g}")
+        files += plots.save(plots.pressures(curves, "target"), folder, f"pressure_{angle:g}")
     return files
 
 

@@ -7,7 +7,7 @@ an equation. Values are scaled by the caller's units: chord 1 for airfoils.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +19,7 @@ Array = NDArray[np.float64]
 
 
 class Values(NamedTuple):
-    """(k,) values and (k, 3 n) sparse or dense derivatives by the coordinates."""
+    """(k,) values and (k, 3 n) derivatives by the coordinates; None if nobody asked for them."""
 
     values: Array
     derivatives: Any
@@ -31,6 +31,32 @@ class Quantity(Protocol):
     def __call__(self, points: Array) -> Values:
         """Values and derivatives at (n, 3) points."""
         ...
+
+
+@runtime_checkable
+class Aerodynamic(Protocol):
+    """A quantity that needs a flow: derivatives cost an adjoint solve and are had apart."""
+
+    @property
+    def angles(self) -> tuple[float, ...]:
+        """Angles of attack, in degrees; none if there is no flow after all."""
+        ...
+
+    def values(self, points: Array) -> Array:
+        """(k,) values alone."""
+        ...
+
+
+def angles_of(quantity: Quantity) -> tuple[float, ...]:
+    """Angles of attack of the flows that a quantity needs."""
+    return quantity.angles if isinstance(quantity, Aerodynamic) else ()
+
+
+def measured(quantity: Quantity, points: Array, derivatives: bool = True) -> Values:
+    """Values, without derivatives if those cost something and are not wanted."""
+    if not derivatives and isinstance(quantity, Aerodynamic):
+        return Values(quantity.values(points), None)
+    return quantity(points)
 
 
 @dataclass(frozen=True)
@@ -59,23 +85,24 @@ class Constraint:
         """Whether it is an equation ("eq") or an inequality ("ineq")."""
         return "eq" if self.lower is not None and self.lower == self.upper else "ineq"
 
-    def slack(self, points: Array) -> Values:
+    def slack(self, points: Array, derivatives: bool = True) -> Values:
         """Values that have to be 0 ("eq") or at least 0 ("ineq")."""
-        values, rows = self.quantity(points)
-        rows = rows.toarray() if hasattr(rows, "toarray") else np.asarray(rows)
-        if self.kind == "eq" and self.lower is not None:
-            return Values(values - self.lower, rows)
-        parts = []
-        if self.lower is not None:
-            parts.append((values - self.lower, rows))
-        if self.upper is not None:
-            parts.append((self.upper - values, -rows))
-        return Values(np.concatenate([v for v, _ in parts]), np.vstack([r for _, r in parts]))
+        values, rows = measured(self.quantity, points, derivatives)
+        rows = rows.toarray() if hasattr(rows, "toarray") else rows
+        signs = [(1.0, self.lower), (-1.0, None if self.kind == "eq" else self.upper)]
+        parts = [(sign, limit) for sign, limit in signs if limit is not None]
+        slack = np.concatenate([sign * (values - limit) for sign, limit in parts])
+        if rows is None:
+            return Values(slack, None)
+        return Values(slack, np.vstack([sign * np.asarray(rows) for sign, _ in parts]))
+
+    def missed(self, slack: Array) -> float:
+        """Largest distance by which the constraint is missed, from its slack."""
+        return float(np.abs(slack).max() if self.kind == "eq" else max(0.0, -slack.min()))
 
     def violation(self, points: Array) -> float:
         """Largest distance by which the constraint is missed."""
-        slack = self.slack(points).values
-        return float(np.abs(slack).max() if self.kind == "eq" else max(0.0, -slack.min()))
+        return self.missed(self.slack(points, derivatives=False).values)
 
 
 class Area:
@@ -132,6 +159,7 @@ class Thickness:
     def __call__(self, points: Array) -> Values:
         """See `Quantity`."""
         nose = int(np.argmin(points[:, 0]))
+        self._check(points[nose, 0], points[[0, -1], 0].min())
         values = np.zeros(len(self.abscissae))
         rows = np.zeros((len(values), len(points), 3))
         surfaces = (np.arange(nose, -1, -1), 1.0), (np.arange(nose, len(points)), -1.0)
@@ -146,6 +174,15 @@ class Thickness:
                 rows[at, node, 1] += sign * share
                 rows[at, node, 0] -= sign * share * slope
         return Values(values, rows.reshape(len(values), -1))
+
+    def _check(self, low: float, high: float) -> None:
+        room = 0.01 * (high - low)  # nose and trailing edge may move a little
+        outside = (self.abscissae < low - room) | (self.abscissae > high + room)
+        if outside.any():
+            raise InputError(
+                f"there is no thickness at x = {self.abscissae[outside][0]:g}: the section "
+                f"reaches from {low:g} to {high:g}"
+            )
 
 
 class MaxThickness:
@@ -195,21 +232,32 @@ class Lift:
     def __init__(self, angle: float) -> None:
         self.angle = float(angle)
 
+    @property
+    def angles(self) -> tuple[float, ...]:
+        """See `Aerodynamic`."""
+        return (self.angle,)
+
+    def values(self, points: Array) -> Array:
+        """See `Aerodynamic`."""
+        return flow_about(points, self.angles).lift()
+
     def __call__(self, points: Array) -> Values:
         """See `Quantity`."""
-        flow = flow_about(points, (self.angle,))
-        xy = flow.gradient(lift=np.ones(1))
-        return Values(flow.lift(), np.column_stack([xy, np.zeros(len(xy))]).reshape(1, -1))
+        xy = flow_about(points, self.angles).gradient(lift=np.ones(1))
+        return Values(self.values(points), np.column_stack([xy, np.zeros(len(xy))]).reshape(1, -1))
 
 
 class Moment(Lift):
     """Pitching moment about the quarter chord at one angle of attack (inviscid)."""
 
+    def values(self, points: Array) -> Array:
+        """See `Aerodynamic`."""
+        return flow_about(points, self.angles).moment()
+
     def __call__(self, points: Array) -> Values:
         """See `Quantity`."""
-        flow = flow_about(points, (self.angle,))
-        xy = flow.gradient(moment=np.ones(1))
-        return Values(flow.moment(), np.column_stack([xy, np.zeros(len(xy))]).reshape(1, -1))
+        xy = flow_about(points, self.angles).gradient(moment=np.ones(1))
+        return Values(self.values(points), np.column_stack([xy, np.zeros(len(xy))]).reshape(1, -1))
 
 
 class Displacement:

@@ -30,7 +30,7 @@ class Control:
         self._go.set()
 
     def stop(self) -> None:
-        """End at the next evaluation; the study can be resumed."""
+        """End at once if a program runs, else at the next evaluation; the study can be resumed."""
         self._stop.set()
         self._go.set()
 
@@ -47,7 +47,11 @@ class Control:
             self._go.clear()
         self.check()
 
+    def stopping(self) -> bool:
+        """Whether the run is to end; an objective that takes its time asks in between."""
+        return self._stop.is_set()
+
     def check(self) -> None:
         """End the run if it is stopped."""
-        if self._stop.is_set():
+        if self.stopping():
             raise Stopped

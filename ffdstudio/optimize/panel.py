@@ -19,6 +19,7 @@
 
 from __future__ import annotations
 
+from copy import copy
 from functools import lru_cache
 from typing import Any
 
@@ -61,10 +62,9 @@ class PanelFlow:
     """
 
     def __init__(self, nodes: ArrayLike, angles: ArrayLike) -> None:
-        from scipy.linalg import lu_factor, lu_solve
+        from scipy.linalg import lu_factor
 
         self.z = _complex(nodes)
-        self.angles = np.radians(np.atleast_1d(np.asarray(angles, dtype=np.float64)))
         self.delta = np.diff(self.z)
         self.tangent = self.delta / np.abs(self.delta)
         self._influence = _influence(self.z)
@@ -73,6 +73,26 @@ class PanelFlow:
         kutta[[0, -1]] = 1.0
         self._factors = lu_factor(np.vstack([through.imag, kutta]), check_finite=False)
         self._along = through.real
+        self._solve(angles)
+
+    def at(self, angles: ArrayLike) -> PanelFlow:
+        """The flow about the same contour at other angles: nothing is factored again.
+
+        Examples
+        --------
+        >>> angle = np.linspace(0, 2 * np.pi, 41)
+        >>> nodes = np.column_stack([np.cos(angle), np.sin(angle)])
+        >>> bool((PanelFlow(nodes, [1.0]).at([3.0]).speed == PanelFlow(nodes, [3.0]).speed).all())
+        True
+        """
+        other = copy(self)
+        other._solve(angles)
+        return other
+
+    def _solve(self, angles: ArrayLike) -> None:
+        from scipy.linalg import lu_solve
+
+        self.angles = np.radians(np.atleast_1d(np.asarray(angles, dtype=np.float64)))
         stream = np.exp(-1j * self.angles)[:, None] * self.tangent
         load = np.column_stack([-stream.imag, np.zeros(len(stream))])
         self.vorticity = lu_solve(self._factors, load.T, check_finite=False).T
@@ -177,17 +197,22 @@ class PanelFlow:
 
 
 def flow_about(nodes: ArrayLike, angles: tuple[float, ...]) -> PanelFlow:
-    """Like `PanelFlow`, but the last few flows are remembered.
+    """Like `PanelFlow`, but the flows about the last few contours are remembered.
 
-    A cost and its constraints ask for the same flow one after the other.
+    A cost and its constraints ask for the same flow one after the other, or for one at another
+    angle that has the same factors.
     """
     xy = np.ascontiguousarray(nodes, dtype=np.float64)
-    return _remembered(xy.tobytes(), xy.shape, angles)
+    known = _known(xy.tobytes(), xy.shape)
+    if angles not in known:
+        first = next(iter(known.values()), None)
+        known[angles] = PanelFlow(xy, angles) if first is None else first.at(angles)
+    return known[angles]
 
 
 @lru_cache(maxsize=4)
-def _remembered(data: bytes, shape: tuple[int, ...], angles: tuple[float, ...]) -> PanelFlow:
-    return PanelFlow(np.frombuffer(data).reshape(shape), angles)
+def _known(data: bytes, shape: tuple[int, ...]) -> dict[tuple[float, ...], PanelFlow]:
+    return {}
 
 
 def _complex(nodes: ArrayLike) -> Complex:

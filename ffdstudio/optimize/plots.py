@@ -30,6 +30,8 @@ FIELDS = (
     "seconds",
 )
 KINDS = ("png", "svg")
+LABELS = {"rms": "RMS error", "max_error": "largest error"}
+DOTS = 60  # of a target, open, so that what lies on it is seen through them
 
 
 def figure(height: float = 4.5) -> tuple[Any, Any]:
@@ -68,7 +70,7 @@ def convergence(
             axes.plot(at, heights, "v", color=lines[0].get_color(), markersize=4)
     axes.set_yscale("log")
     axes.set_xlabel(f"{against}s" if against in ("evaluation", "iteration") else against)
-    axes.set_ylabel(figure_of.replace("_", " "))
+    axes.set_ylabel(LABELS.get(figure_of, figure_of.replace("_", " ")))
     axes.grid(True, which="both", alpha=0.3)
     axes.legend(
         title="triangles: refinements" if any(h.refinements for h in studies.values()) else None
@@ -76,19 +78,51 @@ def convergence(
     return fig
 
 
-def outlines(curves: Mapping[str, Array], net: Array | None = None) -> Any:
-    """Sections drawn to scale, with the control net (columns, rows, 3) if given."""
-    fig, axes = figure(3.5)
+def outlines(
+    curves: Mapping[str, Array], net: Array | None = None, target: str | None = None
+) -> Any:
+    """Sections drawn to scale, with the control net (columns, rows, 3) if given.
+
+    The curve of the name `target` is dotted. The view is that of the sections: control points
+    that have run far away are counted instead of shown.
+    """
+    fig, axes = figure(2.6)
     if net is not None:
         axes.plot(net[..., 0], net[..., 1], "-", color="0.75", linewidth=0.6)
         axes.plot(net[..., 0].T, net[..., 1].T, "o-", color="0.65", linewidth=0.6, markersize=2.5)
     for name, curve in curves.items():
-        axes.plot(curve[:, 0], curve[:, 1], label=name, linewidth=1.2)
+        _curve(axes, curve[:, 0], curve[:, 1], name, name == target)
     axes.set_aspect("equal")
     axes.set_xlabel("x")
     axes.set_ylabel("y")
-    axes.legend(loc="upper right")
+    _look_at(axes, np.concatenate([curve[:, :2] for curve in curves.values()]), net)
+    fig.legend(loc="outside upper center", ncols=len(curves), frameon=False)
     return fig
+
+
+def _look_at(axes: Any, points: Array, net: Array | None) -> None:
+    low, high = points.min(axis=0), points.max(axis=0)
+    room = np.array([0.04 * (high - low)[0], 0.4 * (high - low)[1]])
+    low, high = low - room, high + room
+    axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))
+    if net is None:
+        return
+    far = ((net[..., :2] < low) | (net[..., :2] > high)).any(axis=-1).sum()
+    if far:
+        axes.set_title(f"{far} control points lie outside the picture", fontsize=9)
+
+
+def _curve(axes: Any, x: Array, y: Array, name: str, dotted: bool) -> None:
+    """A line, or open dots that are equally far apart along the curve."""
+    if not dotted:
+        axes.plot(x, y, label=name, linewidth=1.2)
+        return
+    scale = [np.ptp(v) or 1.0 for v in (x, y)]
+    length = np.hypot(np.diff(x) / scale[0], np.diff(y) / scale[1])
+    s = np.concatenate([[0.0], np.cumsum(length)])
+    at = np.searchsorted(s, np.linspace(0, s[-1], DOTS)).clip(0, len(x) - 1)
+    style = {"markerfacecolor": "none", "markersize": 5, "zorder": 3}
+    axes.plot(x[at], y[at], "o", color="0.15", label=name, **style)
 
 
 def errors(x: Array, error: Array, upper: NDArray[np.bool_], tolerance: Array) -> Any:
@@ -107,11 +141,11 @@ def errors(x: Array, error: Array, upper: NDArray[np.bool_], tolerance: Array) -
     return fig
 
 
-def pressures(curves: Mapping[str, tuple[Array, Array]]) -> Any:
-    """Pressure coefficients over x, suction upwards."""
+def pressures(curves: Mapping[str, tuple[Array, Array]], target: str | None = None) -> Any:
+    """Pressure coefficients over x, suction upwards; those of the name `target` are dotted."""
     fig, axes = figure()
     for name, (x, cp) in curves.items():
-        axes.plot(x, cp, label=name, linewidth=1.2)
+        _curve(axes, x, cp, name, name == target)
     axes.invert_yaxis()
     axes.set_xlabel("x")
     axes.set_ylabel("Cp (inviscid)")

@@ -29,7 +29,7 @@ class Rules:
     fixed : tuple of tuples
         Indices (i, j, k) of further control points that stay.
     mirror : tuple, optional
-        (direction of the lattice, unit normal): control points at opposite ends of that
+        (direction of the lattice, normal of any length): control points at opposite ends of that
         direction move as mirror images.
     linked : tuple of int
         Directions of the lattice along which all control points move as one.
@@ -39,7 +39,7 @@ class Rules:
     Raises
     ------
     InputError
-        If the bounds of the weights are not positive numbers in order.
+        If the bounds of the weights are not positive numbers in order, or the normal is zero.
 
     Examples
     --------
@@ -59,6 +59,8 @@ class Rules:
         bounds = self.weights
         if bounds is not None and not 0 < bounds[0] < bounds[1] < np.inf:
             raise InputError(f"weights need bounds with 0 < lower < upper, got {bounds}")
+        if self.mirror is not None and not np.any(self.mirror[1]):
+            raise InputError("the normal of a mirror has no length")
 
     def layers(self, dimension: int) -> tuple[int, ...]:
         """Frozen layers of each direction."""
@@ -135,6 +137,7 @@ class Rules:
         index = np.arange(np.prod(shape, dtype=int)).reshape(shape)
         partner = np.flip(index, axis=axis).ravel()
         swap = csr_array((np.ones(partner.size), (index.ravel(), partner)))
+        normal /= np.linalg.norm(normal)
         image = kron(swap, np.eye(3) - 2 * np.outer(normal, normal)) @ matrix
         matrix.sort_indices()
         own = matrix.indices[matrix.indptr[:-1]] // 3

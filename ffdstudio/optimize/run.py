@@ -16,15 +16,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ffdstudio.engine import Lattice
+from ffdstudio.optimize.budget import BudgetSpent, Counts
 from ffdstudio.optimize.control import Stopped
+from ffdstudio.optimize.endings import Over, asking
 from ffdstudio.optimize.level import Body, Level
 from ffdstudio.optimize.methods.problem import Memory, Trial, carried_directions
+from ffdstudio.optimize.objectives.base import Stoppable
 from ffdstudio.optimize.objectives.remembered import EvaluationError
 from ffdstudio.optimize.record import History, Log, Record, pack
 from ffdstudio.optimize.refine.choice import choose, due, rank
 from ffdstudio.optimize.refine.coarsen import coarsened
 from ffdstudio.optimize.refine.relocate import relocated
-from ffdstudio.optimize.solver import BudgetSpent, Counts, LevelProblem
+from ffdstudio.optimize.solver import LevelProblem
 from ffdstudio.optimize.space import DesignSpace, Insertion
 from ffdstudio.optimize.weights import first_level
 
@@ -57,6 +60,8 @@ class Run:
         self.task, self.refinement, self.budget = study.task, study.refinement, study.budget
         self.study, self.history = study, history
         self._log = Log(study.folder, study.resume)
+        if isinstance(self.task.objective, Stoppable):
+            self.task.objective.stopped = study.control.stopping
         self._listener, self._began = listener, time.perf_counter()
         body = Body(self.task.embedding, self.task.surface, self.task.metric)
         self.level = first_level(body, self.task.rules, self.task.current, self.task.knots)
@@ -72,12 +77,18 @@ class Run:
 
         try:
             with threadpool_limits(1, user_api="blas"):  # see 2
-                note = self._coarsened(self._levels())
+                note = self._coarsened(self._levels_or_over())
         finally:
             self._log.close()
         best = self.best
         self._record("end", best.value, y=self._y(best.z), note=note)
         self._log.close()
+
+    def _levels_or_over(self) -> str:
+        try:
+            return self._levels()
+        except Over as over:
+            return self._ended(str(over))
 
     def _levels(self) -> str:
         """Go from level to level; returns why the study ended."""
@@ -122,19 +133,20 @@ class Run:
 
     def _remove(self) -> str:
         """Remove a knot and run the method; returns why that ended."""
+        first, z = DesignSpace.of(self.task.embedding.lattice, self.task.rules), self.best.z
         try:
-            sensitivity = self.problem.sensitivity(self.best)
-        except BudgetSpent as spent:
-            return str(spent)
-        first = DesignSpace.of(self.task.embedding.lattice, self.task.rules)
-        self.level, gone = coarsened(first, self._inserted, self.level, sensitivity, self.best.z)
+            with asking():
+                sensitivity = self.problem.sensitivity(self.best)
+                self.level, gone = coarsened(first, self._inserted, self.level, sensitivity, z)
+        except Over as over:
+            return str(over)
         self._inserted = [c for c in self._inserted if c is not gone]
         self._begin_anew(f"removed: {_told(gone)}")
         return self._one_level()
 
     def _violation(self) -> float:
         points = self.level.at(self.best.z)
-        return max((c.violation(points) for c in self.task.constraints), default=0.0)
+        return max(self.problem.slacks.violations(points).values(), default=0.0)
 
     def _kept(self) -> _Kept:
         return _Kept(self.level, self.best, self._inserted, self.problem)
@@ -158,6 +170,8 @@ class Run:
         except BudgetSpent as spent:
             return str(spent)
         except Stopped:
+            if not self.history.iterates:
+                raise EvaluationError("stopped before the start was evaluated") from None
             return "stopped"
         except EvaluationError as failed:
             if not self.history.iterates:
@@ -170,14 +184,12 @@ class Run:
         settings, kept = self.refinement, self._kept()
         if settings is None or not settings.relocate:
             return None
-        try:
+        first, z = DesignSpace.of(self.task.embedding.lattice, self.task.rules), self.best.z
+        with asking():
             sensitivity = self.problem.sensitivity(self.best)
-        except BudgetSpent:
-            return None
-        first = DesignSpace.of(self.task.embedding.lattice, self.task.rules)
-        self.level, self._inserted = relocated(
-            first, self._inserted, self.level, sensitivity, self.best.z, settings.guards
-        )
+            self.level, self._inserted = relocated(
+                first, self._inserted, self.level, sensitivity, z, settings.guards
+            )
         self._begin_anew("relocated: " + ", ".join(_told(c) for c in self._inserted))
         return kept
 
@@ -192,6 +204,7 @@ class Run:
         self.problem = LevelProblem(self.level, self.task, self.counts, self.study.method_name)
         self.problem.on_trial = self._evaluated
         self.problem.on_report = self._reported
+        self.problem.on_difference = self._differenced
         self.problem.budget = self.budget
         self.best = self.problem.start(self._reached)
         if self._number == 0:
@@ -205,11 +218,9 @@ class Run:
         if settings is None or self.level.space.size >= settings.variables:
             return []
         z = self.best.z
-        try:
+        with asking():
             sensitivity = self.problem.sensitivity(self.best)
-        except BudgetSpent:
-            return []
-        chosen = choose(self.level, sensitivity, settings, abs(self.best.value))
+            chosen = choose(self.level, sensitivity, settings, abs(self.best.value))
         self._inserted = [*self._inserted, *chosen]
         if chosen:
             self.level, carried = self.level.refined(chosen, z)
@@ -243,6 +254,11 @@ class Run:
         if self.problem.better(trial, getattr(self, "best", trial)):
             self.best = trial
         if self.history.iterates:  # where the study began is always an iterate
+            self.study.control.check()
+
+    def _differenced(self, y: list[float], cost: float) -> None:
+        self._record("evaluation", cost, y=y)
+        if self.history.iterates:
             self.study.control.check()
 
     def _reported(self, trial: Trial) -> None:

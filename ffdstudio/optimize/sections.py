@@ -54,10 +54,20 @@ class Section:
             Thickness to add at the trailing edge, growing with x.
         """
         points, dense = sampled(source, count), sampled(source, DENSE_POINTS)
-        for contour in (points, dense):
-            side = np.where(upper_side(contour), 0.5, -0.5)
-            contour[:, 1] += gap * side * contour[:, 0]
+        points, dense = opened(points, gap), opened(dense, gap)
         return cls(points, dense, upper_side(points), upper_side(dense))
+
+
+def opened(points: Array, gap: float) -> Array:
+    """(n, 3) contour of chord 1 with a thickness added at the trailing edge, growing with x.
+
+    Examples
+    --------
+    >>> opened(np.array([[1.0, 0, 0], [0.5, 0.1, 0], [0, 0, 0], [1, 0, 0]]), 0.01)[:, 1]
+    array([ 0.005 ,  0.1025,  0.    , -0.005 ])
+    """
+    side = np.where(upper_side(points), 0.5, -0.5)
+    return points + np.outer(gap * side * points[:, 0], [0.0, 1.0, 0.0])
 
 
 def sampled(source: str | os.PathLike[str] | Array, count: int) -> Array:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -10,8 +11,9 @@ from numpy.typing import NDArray
 
 from ffdstudio.errors import InputError
 from ffdstudio.meshes import Mesh, read_mesh
+from ffdstudio.optimize.chords import Chord
 from ffdstudio.optimize.metrics import Surface
-from ffdstudio.optimize.sections import is_naca, sampled
+from ffdstudio.optimize.sections import is_naca, opened, sampled
 
 Array = NDArray[np.float64]
 
@@ -31,6 +33,8 @@ class Shape:
         Their numbers in it.
     triangles : numpy.ndarray, optional
         Of a surface in 3D.
+    contour : numpy.ndarray, optional
+        Where the section is among the points of a whole mesh, in Selig's order.
     """
 
     points: Array
@@ -38,11 +42,36 @@ class Shape:
     mesh: Mesh | None = None
     nodes: NDArray[np.int64] | None = None
     triangles: NDArray[np.int64] | None = None
+    contour: NDArray[np.int64] | None = None
+
+    @property
+    def flat(self) -> bool:
+        """Whether it is a section."""
+        return self.triangles is None
+
+    @cached_property
+    def chord(self) -> Chord | None:
+        """Where the section lies; None for a surface in 3D."""
+        return Chord.of(self.section) if self.flat else None
+
+    @property
+    def section(self) -> Array:
+        """(n, 3) points without those of the mesh around."""
+        return self.points if self.contour is None else self.points[self.contour]
+
+    @property
+    def local(self) -> Array:
+        """(n, 3) points of the section in chords, or of the surface as it is."""
+        if self.chord is None or self.chord.unit:
+            return self.section
+        return self.chord.local(self.section)
 
 
-def section_shape(source: str, count: int) -> Shape:
-    """Cosine-spaced section."""
+def section_shape(source: str, count: int, gap: float | None = None) -> Shape:
+    """Cosine-spaced section, on request with a gap at its trailing edge."""
     points = sampled(source, count)
+    if gap is not None:
+        points = opened(points, gap - float(points[0, 1] - points[-1, 1]))
     return Shape(points, Surface.curve(points))
 
 
@@ -83,7 +112,8 @@ def mesh_shape(path: str, marker: str, whole: bool) -> Shape:
 def _contour_of(mesh: Mesh, lines: NDArray[np.int64], whole: bool) -> Shape:
     points, nodes = np.asarray(mesh.points), selig_order(mesh.points, lines)
     if whole:
-        return Shape(points.copy(), Surface.edges(points, lines), mesh, np.arange(len(points)))
+        surface = Surface.edges(points, lines)
+        return Shape(points.copy(), surface, mesh, np.arange(len(points)), contour=nodes)
     return Shape(points[nodes], Surface.curve(points[nodes]), mesh, nodes)
 
 

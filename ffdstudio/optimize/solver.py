@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator
+from contextlib import closing
+from itertools import islice
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ffdstudio.optimize.budget import Budget, BudgetSpent, Counts
 from ffdstudio.optimize.level import Level
 from ffdstudio.optimize.methods.least_squares import largest
 from ffdstudio.optimize.methods.problem import Trial, parts
 from ffdstudio.optimize.objectives.base import Evaluation, TakesVariables
+from ffdstudio.optimize.objectives.stream import Job, evaluated, streamed
 from ffdstudio.optimize.refine.sensitivity import Adjoint, Differences, Residuals, Sensitivity
+from ffdstudio.optimize.slacks import Slack, Slacks
 
 if TYPE_CHECKING:
     from ffdstudio.optimize.study import Task
@@ -22,47 +26,6 @@ Array = NDArray[np.float64]
 FIRST_MOVE = 0.02  # of the extent: how far a first step may move the surface
 DIFFERENCE = 1e-5  # of the extent: how far a finite difference moves the surface
 ACTIVE = 1e-6  # slack below which an inequality counts as active
-
-
-class BudgetSpent(Exception):
-    """A limit of the budget is reached; the message names it."""
-
-
-@dataclass(frozen=True)
-class Budget:
-    """Limits of a study.
-
-    Attributes
-    ----------
-    evaluations, iterations : int, optional
-    tolerance : float, optional
-        The study has ended when the cost is at or below it.
-    """
-
-    evaluations: int | None = None
-    iterations: int | None = None
-    tolerance: float | None = None
-
-    def check_iterate(self, iterations: int, cost: float) -> None:
-        """Raise `BudgetSpent` at the limit of iterations or at the tolerance."""
-        if self.tolerance is not None and cost <= self.tolerance:
-            raise BudgetSpent("tolerance reached")
-        if self.iterations is not None and iterations >= self.iterations:
-            raise BudgetSpent("iterations spent")
-
-    def check_evaluation(self, evaluations: int) -> None:
-        """Raise `BudgetSpent` if no further evaluation is allowed."""
-        if self.evaluations is not None and evaluations >= self.evaluations:
-            raise BudgetSpent("evaluations spent")
-
-
-@dataclass
-class Counts:
-    """What has been spent so far."""
-
-    evaluations: int = 0
-    flow: int = 0
-    adjoint: int = 0
 
 
 class LevelProblem:
@@ -74,8 +37,10 @@ class LevelProblem:
         self.constrained, self.largest = name == "slsqp", name == "minimax"
         self.on_trial: Callable[[Trial], None] = lambda trial: None
         self.on_report: Callable[[Trial], None] = lambda trial: None
+        self.on_difference: Callable[[list[float], float], None] = lambda y, value: None
         self.budget = Budget()
         self.measures: dict[str, float] = {}
+        self.slacks = Slacks(task.constraints, counts)
         self._last: Trial | None = None
         seen = level.body.embedding.points[level.body.surface.mass > 0]
         self.extent = float(np.ptp(seen, axis=0).max())
@@ -115,7 +80,12 @@ class LevelProblem:
             trial.by_points = reached.by_points
             trial.jacobian = trial.by_points @ self.level.shapes
         self._last = trial
+        self._share(self.level.at(z))
         return trial
+
+    def _share(self, points: Array) -> None:
+        """Let constraints know which flows the cost has solved about a shape."""
+        self.slacks.share(points, getattr(self.task.objective, "angles", ()))
 
     def longest(self, direction: Array) -> float:
         """Multiple of a direction that moves no point by more than a fiftieth of the extent."""
@@ -139,7 +109,7 @@ class LevelProblem:
         points, objective = self.level.at(z), self.task.objective
         if isinstance(objective, TakesVariables):
             objective.variables = (self.level.white.matrix @ z).tolist()
-        found = objective.evaluate(points, gradient)
+        found = evaluated(objective, points, gradient)
         self._count(found)
         return self._trial(z, points, found)
 
@@ -156,38 +126,45 @@ class LevelProblem:
             trial.residuals = found.residuals
             trial.by_points = self.level.columns(found.sensitivity)
             trial.jacobian = trial.by_points @ self.level.shapes_at(z)
+        self._share(points)
         self._penalise(trial, points)
-        return self._done(trial, found)
-
-    def _done(self, trial: Trial, found: Evaluation) -> Trial:
-        self._last, self.measures = trial, dict(found.measures)
-        for k, constraint in enumerate(self.task.constraints):
-            name = constraint.name or f"constraint {k}"
-            self.measures[f"violation: {name}"] = constraint.violation(self.level.at(trial.z))
+        missed = {f"violation: {k}": v for k, v in self.slacks.violations(points).items()}
+        self._last, self.measures = trial, {**found.measures, **missed}
         self.on_trial(trial)
         return trial
 
     def _by_differences(self, z: Array) -> Trial:
         here = self.value(z)
         steps = np.array([DIFFERENCE / FIRST_MOVE * self.longest(e) for e in np.eye(self.size)])
-        gradient = self._differences(here, self.level.shapes_at(z) * steps) / steps
-        here.gradient = gradient
+        variables = (self.level.white.matrix @ (z + np.diag(steps)).T).T
+        fields = self.level.shapes_at(z) * steps
+        here.gradient = self._differences(here, fields, variables.tolist()) / steps
         return here
 
-    def _differences(self, here: Trial, fields: Array) -> Array:
-        """Changes of the cost by columns of displacements; all at once, if the objective can."""
+    def _differences(
+        self, here: Trial, fields: Array, variables: list[list[float]] | None
+    ) -> Array:
+        """Changes of the cost by columns of displacements, with the design variables of each."""
+        count = fields.shape[1]
+        allowed = self.budget.allowed(count, self.counts.evaluations)
+        jobs, values = islice(self._shifted(here, fields, variables), allowed), []
+        with closing(streamed(self.task.objective, jobs)) as stream:
+            for job, found in stream:
+                self._count(found)
+                values.append(found.value + self._penalty(job.points))
+                self.on_difference(job.variables or [], values[-1])
+        if allowed < count:
+            raise BudgetSpent("evaluations spent")
+        return np.array(values) - here.value
+
+    def _shifted(
+        self, here: Trial, fields: Array, variables: list[list[float]] | None
+    ) -> Iterator[Job]:
         points = self.level.at(here.z)
-        shifted = []
-        for column in fields.T:
+        for k, column in enumerate(fields.T):
             moved = points.copy()
             moved[:, self.level.coordinates] += column.reshape(-1, len(self.level.coordinates))
-            shifted.append(moved)
-        found = evaluate_all(self.task.objective, shifted)
-        for one in found:
-            self.budget.check_evaluation(self.counts.evaluations)
-            self._count(one)
-        values = [one.value + self._penalty(p)[0] for one, p in zip(found, shifted, strict=True)]
-        return np.array(values) - here.value
+            yield Job(moved, None if variables is None else variables[k])
 
     # ---- constraints ------------------------------------------------------------------------
 
@@ -195,39 +172,39 @@ class LevelProblem:
         """Number of constraints of a kind."""
         return sum(c.kind == kind for c in self.task.constraints)
 
-    def constraints(self, z: Array, kind: str) -> tuple[Array, Array]:
+    def constraints(self, z: Array, kind: str) -> Slack:
         """Slacks of a kind and their derivatives by the variables."""
-        values, rows = self._slacks(self.level.at(z), kind)
-        return values, self._pulled(rows, z)
-
-    def _slacks(self, points: Array, kind: str) -> tuple[Array, Array]:
-        parts = [c.slack(points) for c in self.task.constraints if c.kind == kind]
-        if not parts:
-            return np.zeros(0), np.zeros((0, points.size))
-        return np.concatenate([p.values for p in parts]), np.vstack([p.derivatives for p in parts])
+        points = self.level.at(z)
+        return Slack(
+            lambda: self.slacks.values(points, kind),
+            lambda: self._pulled(self.slacks.rows(points, kind), z),
+        )
 
     def _pulled(self, rows: Array, z: Array) -> Array:
         by_point = rows.reshape(len(rows), -1, 3)[:, :, self.level.coordinates]
         return by_point.reshape(len(rows), -1) @ self.level.shapes_at(z)
 
-    def _penalty(self, points: Array) -> tuple[float, Array | None]:
+    def _penalty(self, points: Array) -> float:
+        """Half the squared violations, for methods that know no constraints."""
         if self.constrained or not self.task.constraints:
-            return 0.0, None
-        equal, by_equal = self._slacks(points, "eq")
-        least, by_least = self._slacks(points, "ineq")
-        least = np.minimum(least, 0.0)
-        value = 0.5 * self.task.penalty * float(equal @ equal + least @ least)
-        gradient = self.task.penalty * (equal @ by_equal + least @ by_least)
-        return value, gradient.reshape(-1, 3)
+            return 0.0
+        equal, least = self._missed(points)
+        return 0.5 * self.task.penalty * float(equal @ equal + least @ least)
+
+    def _missed(self, points: Array) -> tuple[Array, Array]:
+        equal, least = (self.slacks.values(points, kind) for kind in ("eq", "ineq"))
+        return equal, np.minimum(least, 0.0)
 
     def _penalise(self, trial: Trial, points: Array) -> None:
-        value, gradient = self._penalty(points)
-        if gradient is None:
+        if self.constrained or not self.task.constraints:
             return
-        trial.value += value
+        trial.value += self._penalty(points)
         trial.residuals = trial.jacobian = trial.by_points = None
         if trial.surface is not None:
-            trial.surface = trial.surface + gradient
+            equal, least = self._missed(points)
+            by_equal, by_least = (self.slacks.rows(points, kind) for kind in ("eq", "ineq"))
+            slope = self.task.penalty * (equal @ by_equal + least @ by_least)
+            trial.surface = trial.surface + slope.reshape(-1, 3)
             trial.gradient = self.level.pull(trial.surface, trial.z)
 
     # ---- what a refinement wants to know ----------------------------------------------------
@@ -246,7 +223,7 @@ class LevelProblem:
         """Finite differences of the cost along functions on the surface."""
         size = np.abs(functions).max(axis=0)
         steps = DIFFERENCE * self.extent / np.where(size > 0, size, 1.0)
-        return self._differences(here, functions * steps) / steps
+        return self._differences(here, functions * steps, None) / steps
 
     def _multiplied(self, trial: Trial) -> Any:
         """Gradient of the active constraints times their first-order multipliers."""
@@ -255,19 +232,11 @@ class LevelProblem:
         from scipy.optimize import lsq_linear
 
         points = self.level.at(trial.z)
-        equal, by_equal = self._slacks(points, "eq")
-        least, by_least = self._slacks(points, "ineq")
-        by_least = by_least[least <= ACTIVE]
+        equal, by_equal = (f(points, "eq") for f in (self.slacks.values, self.slacks.rows))
+        by_least = self.slacks.rows(points, "ineq")[self.slacks.values(points, "ineq") <= ACTIVE]
         rows = np.vstack([by_equal, by_least])
         if not len(rows):
             return 0.0
         lower = np.concatenate([np.full(len(equal), -np.inf), np.zeros(len(by_least))])
         found = lsq_linear(self._pulled(rows, trial.z).T, trial.slope, bounds=(lower, np.inf))
         return (found.x @ rows).reshape(-1, 3)
-
-
-def evaluate_all(objective: Any, shapes: list[Array]) -> list[Evaluation]:
-    """Evaluate many shapes; at the same time, if the objective offers `evaluate_all`."""
-    if hasattr(objective, "evaluate_all"):
-        return list(objective.evaluate_all(shapes))
-    return [objective.evaluate(points, False) for points in shapes]

@@ -4,7 +4,6 @@
    chain of an airfoil file. A far field is as high as it is long.
 2. Points run from the upper trailing edge over the nose to the lower one. A blunt trailing
    edge is no part of the contour: the chain is opened there.
-3. Everything aerodynamic is told in chords: x from 0 to 1, y from the trailing edge's middle.
 """
 
 from __future__ import annotations
@@ -36,43 +35,6 @@ class Profile:
 
     marker: str
     nodes: Indices
-
-
-@dataclass(frozen=True)
-class Chord:
-    """Where a section lies: its coordinates in chords are ``(x - origin) / length``."""
-
-    x: float
-    y: float
-    length: float
-
-    @classmethod
-    def of(cls, contour: Array) -> Chord:
-        """Chord of (n, 2+) points in Selig's order.
-
-        Examples
-        --------
-        >>> Chord.of(np.array([[3.0, 1.1], [1.0, 1.0], [3.0, 0.9]]))
-        Chord(x=1.0, y=1.0, length=2.0)
-        """
-        low, high = contour[:, 0].min(), contour[[0, -1], 0].max()
-        middle = 0.5 * (contour[0, 1] + contour[-1, 1])
-        tiny = 1e-9 * (high - low)  # so that a unit chord stays exactly one
-        x, y = (0.0 if abs(v) < tiny else float(v) for v in (low, middle))
-        return cls(x, y, float(high - x))
-
-    @property
-    def origin(self) -> Array:
-        """(3,) nose's abscissa and trailing edge's height."""
-        return np.array([self.x, self.y, 0.0])
-
-    def local(self, points: Array) -> Array:
-        """(n, 3) points in chords."""
-        return (points - self.origin) / self.length
-
-    def world(self, points: Array) -> Array:
-        """(n, 3) points in the units of the mesh, from chords."""
-        return points * self.length + self.origin
 
 
 def profiles(mesh: Mesh) -> list[Profile]:

@@ -14,10 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ffdstudio.errors import InputError
+from ffdstudio.optimize.chords import Chord
 from ffdstudio.optimize.contour import Contour, upper_side
 from ffdstudio.optimize.panel import PanelFlow
 from ffdstudio.optimize.sections import is_naca, target_contour
-from ffdstudio.project.airfoils import Chord
 
 Array = NDArray[np.float64]
 SHOWN_POINTS, FLOW_POINTS = 241, 121

@@ -1,6 +1,6 @@
 """A plan made into a study: objective, embedding, variables, constraints, and who judges.
 
-1. Sections are optimized in chords (see `airfoils.Chord`), on 301 cosine-spaced points of the
+1. Sections are optimized in chords (see `chords.Chord`), on 301 cosine-spaced points of the
    spline through the mesh's nodes (161 for a flow), whatever the mesh's own spacing is.
 2. They are judged on 2001 other points, embedded once and carried through refinements.
 3. All of it takes a while and belongs into a worker.
@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import shlex
 import tempfile
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -21,11 +21,12 @@ from ffdstudio.engine import Lattice, embed
 from ffdstudio.engine.embedding import Embedding
 from ffdstudio.errors import InputError
 from ffdstudio.optimize import constraints as measures
-from ffdstudio.optimize.constraints import Constraint, Values
+from ffdstudio.optimize.chords import Chord, InChords
+from ffdstudio.optimize.constraints import Constraint
 from ffdstudio.optimize.contour import Contour, upper_side
 from ffdstudio.optimize.fitting import TRIGGERS
 from ffdstudio.optimize.metrics import Surface
-from ffdstudio.optimize.objectives.base import Evaluation, Objective
+from ffdstudio.optimize.objectives.base import Objective
 from ffdstudio.optimize.objectives.distance import ContourDistance, SurfaceDistance
 from ffdstudio.optimize.objectives.flow import FlowTarget
 from ffdstudio.optimize.refine.choice import Refinement
@@ -37,7 +38,6 @@ from ffdstudio.optimize.sections import (
     target_contour,
 )
 from ffdstudio.optimize.study import Study, Task
-from ffdstudio.project.airfoils import Chord
 from ffdstudio.project.commands.iterate import in_space_of
 from ffdstudio.project.model import Body, LatticeItem, Model
 from ffdstudio.project.studies import Limit, Plan, profile_of, start_points
@@ -85,32 +85,6 @@ class Judge:
         if self.chord is not None:
             found["kulfan_ratio"] = float((error / kulfan_tolerance(points[:, 0])).max())
         return found
-
-
-@dataclass
-class InChords:
-    """An objective or a quantity that is told in chords, seen from the mesh's units."""
-
-    inner: Any
-    chord: Chord
-
-    def __post_init__(self) -> None:
-        self.differentiable: bool = getattr(self.inner, "differentiable", True)
-
-    def evaluate(self, points: Array, gradient: bool = True) -> Evaluation:
-        """See `Objective`."""
-        found = self.inner.evaluate(self.chord.local(points), gradient)
-        changed: dict[str, Any] = {
-            name: value / self.chord.length
-            for name in ("gradient", "sensitivity")
-            if (value := getattr(found, name)) is not None
-        }
-        return replace(found, **changed)
-
-    def __call__(self, points: Array) -> Values:
-        """See `constraints.Quantity`."""
-        values, rows = self.inner(self.chord.local(points))
-        return Values(values, rows / self.chord.length)
 
 
 @dataclass

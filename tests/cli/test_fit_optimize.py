@@ -42,13 +42,41 @@ def test_a_tolerance_that_is_missed_is_told_by_the_exit_code(capsys):
     assert main(arguments) == 1
 
 
-@pytest.mark.parametrize("name", ["contour", "pressure", "lift"])
-def test_the_example_cases_run(name, capsys, tmp_path):
-    assert main(["optimize", str(CASES / f"{name}.toml"), "-o", str(tmp_path), "--json"]) == 0
+ENDED = {
+    "function": "evaluations spent",
+    "neuralfoil": "iterations spent",
+    "program": "iterations spent",
+}
+
+
+@pytest.mark.parametrize("path", sorted(CASES.glob("*.toml")), ids=lambda path: path.stem)
+def test_the_example_cases_run_as_they_lie(path, capsys, tmp_path):
+    code = main(["optimize", str(path), "-o", str(tmp_path), "--json"])
+    if path.stem == "neuralfoil" and code == 2:
+        assert "pip install 'ffdstudio[neuralfoil]'" in capsys.readouterr().err
+        return
+    assert code == 0
     result = output(capsys)
-    assert result["cost"] < 1e-2 * result["first_cost"]
-    assert result["ended"] == "converged"
+    assert result["cost"] < (0.5 if path.stem in ENDED else 1e-2) * result["first_cost"]
+    assert result["ended"] == ENDED.get(path.stem, "converged")
+    assert result["violation"] <= 1e-8
     assert {path.name for path in tmp_path.iterdir()} >= set(result["files"])
+
+
+def test_what_fails_at_the_start_is_told_with_the_name_of_the_case(capsys, tmp_path):
+    text = (CASES / "function.toml").read_text()
+    (tmp_path / "odd.toml").write_text(text.replace("function_objective:cost", "math:sqrt"))
+    assert main(["optimize", str(tmp_path / "odd.toml")]) == 2
+    assert "odd.toml: the objective failed, TypeError" in capsys.readouterr().err
+
+
+def test_a_module_that_ends_python_is_reported(capsys, tmp_path):
+    (tmp_path / "quitting_module.py").write_text("import sys\nsys.exit('no licence')\n")
+    text = (CASES / "function.toml").read_text()
+    name = text.replace("function_objective:cost", "quitting_module:cost")
+    (tmp_path / "odd.toml").write_text(name)
+    assert main(["optimize", str(tmp_path / "odd.toml")]) == 2
+    assert "its module called sys.exit('no licence')" in capsys.readouterr().err
 
 
 def test_the_external_program_of_the_examples_runs_and_resumes(capsys, tmp_path):
@@ -108,7 +136,7 @@ def test_a_mesh_that_the_case_names_follows_and_is_in_the_project(capsys, tmp_pa
         ("[shape", "no TOML"),
         ("[shapes]\n", "knows no [shapes]"),
         ("[shape]\n", "lacks source"),
-        ('[shape]\nsource = "naca0012"\n[lattice]\nshape = [5, "2"]\n', "list of numbers"),
+        ('[shape]\nsource = "naca0012"\n[lattice]\nshape = [5, "2"]\n', "each a whole number"),
         ('[shape]\nsource = "naca0012"\npoints = true\n', "whole number"),
         ('[shape]\nsource = "naca0012"\n[lattice]\nshape = [5, 2]\n', "lacks kind"),
         (
@@ -188,4 +216,4 @@ def test_a_case_without_a_budget_to_spend_is_refused(capsys, tmp_path):
         "angles = [1]\nlift = [0.2]\n[budget]\nevaluations = 0\n"
     )
     assert main(["optimize", str(case)]) == 2
-    assert "evaluations in [budget] must be at least 1" in capsys.readouterr().err
+    assert "[budget] evaluations must be a whole number, at least 1" in capsys.readouterr().err

@@ -7,7 +7,7 @@ import pytest
 
 from ffdstudio.meshes import Mesh
 from ffdstudio.meshes.airfoil import contour_mesh, naca4
-from ffdstudio.project.airfoils import Chord, profiles
+from ffdstudio.project.airfoils import profiles
 
 
 def _with_markers(contour, shuffle):
@@ -36,18 +36,6 @@ def test_a_marker_is_put_in_seligs_order_whatever_the_order_of_its_lines(closed)
     (found,) = profiles(mesh)
     assert found.marker == "foil"
     assert np.array_equal(mesh.points[found.nodes, :2], contour)
-
-
-def test_a_chord_of_one_stays_exactly_one():
-    contour = naca4("0012", points=41)
-    assert Chord.of(contour) == Chord(0.0, 0.0, 1.0)
-
-
-def test_a_moved_and_scaled_section_is_told_in_chords():
-    contour = np.column_stack([naca4("2412", points=41), np.zeros(81)])
-    chord = Chord.of(3 * contour + [5, 1, 0])
-    assert np.allclose(chord.local(3 * contour + [5, 1, 0])[:, 0].max(), 1)
-    assert np.allclose(chord.world(chord.local(contour)), contour)
 
 
 def test_the_lines_of_an_airfoil_file_are_a_section():

@@ -20,7 +20,7 @@ SOURCE = "naca0012"
 REACHED = ("rms", "max_error", "kulfan_ratio", "variables", "evaluations", "iterations")
 
 
-def run(folder: Path, evaluations: int = 6000) -> dict[str, Any]:
+def run(folder: Path, evaluations: int = 10_000) -> dict[str, Any]:
     """Fit twice, write plots, histories, lattice and contour, return the figures."""
     clock = Clock()
     regular = clock("regular", lambda: _fit(evaluations, None))
@@ -85,5 +85,5 @@ def _sections(folder: Path, adaptive: FitResult) -> list[str]:
         "RAE 2822": task.target.sample(len(fitted)),
         "fitted": fitted,
     }
-    fig = plots.outlines(curves, adaptive.lattice.control_points)
+    fig = plots.outlines(curves, adaptive.lattice.control_points, target="RAE 2822")
     return plots.save(fig, folder, "figure4_lattice")

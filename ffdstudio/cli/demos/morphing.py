@@ -78,7 +78,7 @@ def _pictures(
 
         (x0, y0, _), (x1, y1, _) = mesh.bounds.tolist()
         room = 0.03 * max(x1 - x0, y1 - y0)
-        domain = (x0 - room, x1 + room, y0 - room, y1 + room)
+        domain = (x0 - room, x1 + room, y0 - room, y1 + 4 * room)  # the title goes above
         size = f"{len(mesh.points)} nodes, {sum(mesh.counts.values())} cells"
         draw(folder / "figure6_domain.png", mesh, mesh.points, domain, f"Mesh domain: {size}")
         net = f"lattice {sized(rest.shape)}, cubic"

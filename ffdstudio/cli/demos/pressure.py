@@ -38,7 +38,7 @@ from ffdstudio.samples import sample
 
 ANGLE = 2.0  # degrees
 VARIABLES = 40
-ADAPTIVE = "adaptive"
+ADAPTIVE, TARGET = "adaptive", "RAE 2822, the target"
 LOWER, UPPER = (-0.3, -0.15), (1.3, 0.15)
 START = 9  # columns of the adaptive lattice
 NOSE, TAIL = -0.01, 1.01  # outermost knots of the cosine columns
@@ -58,11 +58,12 @@ def run(folder: Path, evaluations: int = 60) -> dict[str, Any]:
     current = studies[ADAPTIVE].lattice(-1)
     rest = rest_of(rests[ADAPTIVE], current)
     files = _write(folder, source, shape, rest, current)
-    files += _plots(folder, flow, shape.points, embed(rest, shape.points).deform(current), studies)
     mesh = _mesh(shape)
     points = embed(rest, mesh.points).deform(current)
-    files += clock("pictures", partial(_picture, folder, mesh, points, current))
     figures = {**compared(studies, rests, mesh), "lattice": list(rest.shape)}
+    files += _convergence(folder, studies, figures["studies"])
+    files += _pressures(folder, flow, shape.points, embed(rest, shape.points).deform(current))
+    files += clock("pictures", partial(_picture, folder, mesh, points, current, figures))
     return figures | measured(mesh, points) | {"seconds": clock.seconds, "files": files}
 
 
@@ -165,28 +166,41 @@ def _write(folder: Path, source: Path, shape: Shape, rest: Lattice, current: Lat
     return [source.name, "pressure_morphed.su2", "pressure.lattice.json", "pressure.ffdproj"]
 
 
-def _plots(
-    folder: Path, flow: FlowTarget, start: Array, end: Array, studies: dict[str, History]
-) -> list[str]:
-    files = plots.save(plots.convergence(studies), folder, "pressure_convergence")
+def _convergence(folder: Path, studies: dict[str, History], rows: dict[str, Any]) -> list[str]:
+    """Costs of the studies, named with the cells that each would invert: see 3."""
+    named = {f"{name}, {_cells(rows[name]['inverted'])}": h for name, h in studies.items()}
+    write_bytes(folder / "pressure_adaptive.csv", plots.table(studies[ADAPTIVE]))
+    files = plots.save(plots.convergence(named), folder, "pressure_convergence")
+    return [*files, "pressure_adaptive.csv"]
+
+
+def _cells(count: int) -> str:
+    return "no inverted cell" if count == 0 else f"{count} inverted cells"
+
+
+def _pressures(folder: Path, flow: FlowTarget, start: Array, end: Array) -> list[str]:
     begin, reached = PanelFlow(start, [ANGLE]), PanelFlow(end, [ANGLE])
     x = begin.middles.real
     assert flow.pressure is not None
     curves = {
         "NACA 0012": (x, begin.pressure[0]),
-        "RAE 2822, the target": (x, flow.pressure[0]),
+        TARGET: (x, flow.pressure[0]),
         "adaptive lattice": (x, reached.pressure[0]),
     }
-    files += plots.save(plots.pressures(curves), folder, "pressure_cp")
-    write_bytes(folder / "pressure_adaptive.csv", plots.table(studies[ADAPTIVE]))
-    return [*files, "pressure_adaptive.csv"]
+    return plots.save(plots.pressures(curves, TARGET), folder, "pressure_cp")
 
 
-def _picture(folder: Path, mesh: Mesh, points: Array, current: Lattice) -> list[str]:
+def _picture(
+    folder: Path, mesh: Mesh, points: Array, current: Lattice, figures: dict[str, Any]
+) -> list[str]:
     def draw_it() -> list[str]:
         from ffdstudio.cli.pictures import draw
 
-        title = f"Pressures of the RAE 2822: {current.shape[0]} columns where the cost asked"
+        rows, best = figures["studies"], figures["best_static"]
+        title = (
+            f"Cp of the RAE 2822, {current.shape[0]} columns where the cost asked: "
+            f"{_cells(rows[ADAPTIVE]['inverted'])} ({best} lattice: {rows[best]['inverted']})"
+        )
         draw(folder / "pressure_mesh.png", mesh, points, DETAIL, title, current)
         return ["pressure_mesh.png"]
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any, Protocol, runtime_checkable
 
@@ -56,6 +57,17 @@ class Objective(Protocol):
 
 @runtime_checkable
 class TakesVariables(Protocol):
-    """An objective that is told the design variables before an evaluation."""
+    """An objective that is told the design variables before an evaluation.
 
-    variables: list[float]
+    None stands for a shape that the variables cannot describe: a refinement asks what new
+    control points would bring.
+    """
+
+    variables: list[float] | None
+
+
+@runtime_checkable
+class Stoppable(Protocol):
+    """An objective that takes its time, and looks in between whether the study is stopped."""
+
+    stopped: Callable[[], bool]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -15,8 +15,9 @@ from ffdstudio.optimize.panel import PanelFlow, flow_about
 class FlowTarget:
     """Squared differences of pressure, lift and moment to targets, summed over angles.
 
-    The cost is ``1/2 mean (Cp - Cp*)^2 + 1/2 sum (CL - CL*)^2 + 1/2 sum (CM - CM*)^2`` of those
-    targets that are given. The flow is inviscid: no drag, no separation, no compressibility.
+    The cost is ``1/2 mean w (Cp - Cp*)^2 + 1/2 sum w (CL - CL*)^2 + 1/2 sum w (CM - CM*)^2`` of
+    those targets that are given, with a weight w for each angle, 1 by default. The flow is
+    inviscid: no drag, no separation, no compressibility.
 
     Parameters
     ----------
@@ -26,6 +27,8 @@ class FlowTarget:
         (angles, panels) target pressure coefficients at the panel middles.
     lift, moment : array_like, optional
         (angles,) target coefficients, chord 1, moment about the quarter chord.
+    weights : mapping, optional
+        (angles,) weights by "pressure", "lift" and "moment".
 
     Examples
     --------
@@ -43,6 +46,7 @@ class FlowTarget:
         pressure: ArrayLike | None = None,
         lift: ArrayLike | None = None,
         moment: ArrayLike | None = None,
+        weights: Mapping[str, ArrayLike | None] | None = None,
     ) -> None:
         self.angles = [float(a) for a in angles]
         self.pressure = None if pressure is None else np.atleast_2d(np.asarray(pressure, float))
@@ -50,18 +54,29 @@ class FlowTarget:
         self.moment = self._per_angle(moment, "moment")
         if pressure is None and lift is None and moment is None:
             raise InputError("a flow cost needs a target pressure, lift or moment")
+        given = {"pressure": self.pressure, "lift": self.lift, "moment": self.moment}
+        self.weights = {name: self._weight(name, weights or {}) for name in given}
+        if self.pressure is not None and len(self.pressure) != len(self.angles):
+            raise InputError(f"{len(self.angles)} angles need as many targets of pressure")
+        for name in weights or {}:
+            if (weights or {})[name] is not None and given[name] is None:
+                raise InputError(f"there is a weight of the {name}, but no target")
 
     @classmethod
     def like(cls, nodes: ArrayLike, angles: Sequence[float]) -> FlowTarget:
         """The pressures of another contour are the target, panel by panel."""
         return cls(angles, pressure=PanelFlow(nodes, angles).pressure)
 
+    def _weight(self, name: str, weights: Mapping[str, ArrayLike | None]) -> Array:
+        found = self._per_angle(weights.get(name), f"weights of the {name}")
+        return np.ones(len(self.angles)) if found is None else found
+
     def _per_angle(self, values: ArrayLike | None, name: str) -> Array | None:
         if values is None:
             return None
         array = np.atleast_1d(np.asarray(values, dtype=np.float64))
         if array.shape != (len(self.angles),):
-            raise InputError(f"{len(self.angles)} angles need as many targets of {name}")
+            raise InputError(f"{len(self.angles)} angles need as many values of {name}")
         return array
 
     def evaluate(self, points: Array, gradient: bool = True) -> Evaluation:
@@ -73,20 +88,21 @@ class FlowTarget:
             "lift": None if self.lift is None else lift - self.lift,
             "moment": None if self.moment is None else moment - self.moment,
         }
-        value = sum(
-            0.5 * float((g**2).mean() if k == "pressure" else (g**2).sum())
-            for k, g in gaps.items()
-            if g is not None
-        )
+        known = {k: g for k, g in gaps.items() if g is not None}
+        slopes = {k: self._slope(k, g) for k, g in known.items()}
+        value = sum(0.5 * float((g * slopes[k]).sum()) for k, g in known.items())
         result = Evaluation(value, flow=1)
         for k, angle in enumerate(self.angles):
             result.measures |= {f"cl@{angle:g}": float(lift[k]), f"cm@{angle:g}": float(moment[k])}
         if gradient:
-            if gaps["pressure"] is not None:
-                gaps["pressure"] = gaps["pressure"] / gaps["pressure"].size
-            xy = flow.gradient(gaps["pressure"], gaps["lift"], gaps["moment"])
+            xy = flow.gradient(slopes.get("pressure"), slopes.get("lift"), slopes.get("moment"))
             result.gradient, result.adjoint = np.column_stack([xy, np.zeros(len(xy))]), 1
         return result
+
+    def _slope(self, name: str, gap: Array) -> Array:
+        """Derivative of the cost by a coefficient: the weighted gap, of pressures their mean."""
+        weight = self.weights[name]
+        return weight[:, None] * gap / gap.size if name == "pressure" else weight * gap
 
     def _pressure_gap(self, flow: PanelFlow) -> Array | None:
         if self.pressure is None:

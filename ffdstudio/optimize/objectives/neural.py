@@ -28,7 +28,7 @@ class NeuralFoil:
             import neuralfoil  # type: ignore[import-not-found,unused-ignore]
         except ImportError as error:
             raise InputError(
-                "this objective needs the package neuralfoil: pip install neuralfoil"
+                "this objective needs the package neuralfoil: pip install 'ffdstudio[neuralfoil]'"
             ) from error
         self.solver: Any = neuralfoil
         self.angle, self.reynolds, self.lift, self.weight = angle, reynolds, lift, weight

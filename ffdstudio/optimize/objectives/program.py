@@ -3,22 +3,25 @@
 For each evaluation the program is started in a new folder. It finds there
 
 ``points.csv``      x,y,z of each point, in the order of the mesh
-``variables.json``  the design variables, and whether a gradient is wanted
+``variables.json``  the design variables (null for a shape beyond them, which a refinement asks
+                    for) and whether a gradient is wanted
 ``mesh.*``          the morphed mesh in its own format, if the study has one
 
 and leaves ``result.json``: ``{"value": 1.5, "measures": {"cl": 0.4}}``, and, if it can,
 ``sensitivity.csv`` with d value / d x,y,z of each point. Its output is kept in ``output.txt``.
 A program that fails, hangs or leaves nonsense ends the study with the reason; nothing is lost.
+One that takes too long, or runs when the study is stopped, is ended with all that it has started.
 """
 
 from __future__ import annotations
 
 import json
 import math
-import subprocess
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
 from pathlib import Path
+from threading import Event, Lock
 from typing import Any
 
 import numpy as np
@@ -26,7 +29,9 @@ import numpy as np
 from ffdstudio.errors import InputError
 from ffdstudio.files import read_bytes, write_bytes
 from ffdstudio.optimize.objectives.base import Array, Evaluation
+from ffdstudio.optimize.objectives.process import run_program
 from ffdstudio.optimize.objectives.remembered import EvaluationError
+from ffdstudio.optimize.objectives.stream import Job, Start
 
 
 class ExternalProgram:
@@ -61,38 +66,55 @@ class ExternalProgram:
             raise InputError("the external program has no command")
         self.command, self.folder, self.mesh = list(command), Path(folder), mesh
         self.differentiable, self.time_limit, self.processes = sensitivity, time_limit, processes
-        self.variables: list[float] = []
-        self._number = 0
+        self.variables: list[float] | None = []
+        self.stopped: Callable[[], bool] = lambda: False
+        self._number, self._lock = 0, Lock()
 
     def evaluate(self, points: Array, gradient: bool = True) -> Evaluation:
         """See `Objective`."""
-        place = self._prepare(points, gradient and self.differentiable)
-        return self._run(place, len(points), gradient and self.differentiable)
+        wanted = gradient and self.differentiable
+        return self._evaluated(Job(points, self.variables), wanted, self.stopped)
 
-    def evaluate_all(self, shapes: list[Array]) -> list[Evaluation]:
-        """Evaluate several shapes, as many at the same time as `processes` says."""
-        places = [self._prepare(points, False) for points in shapes]
-        with ThreadPoolExecutor(max(1, self.processes)) as pool:
-            return list(pool.map(lambda pair: self._run(pair[0], len(pair[1]), False),
-                                 zip(places, shapes, strict=True)))  # fmt: skip
+    @contextmanager
+    def starting(self) -> Iterator[Start]:
+        """See `stream.Concurrent`."""
+        abandoned = Event()
 
-    def _prepare(self, points: Array, gradient: bool) -> Path:
+        def stopped() -> bool:
+            return self.stopped() or abandoned.is_set()
+
+        pool = ThreadPoolExecutor(self.processes)
+        try:
+            yield lambda job: pool.submit(self._evaluated, job, False, stopped)
+        except BaseException:
+            abandoned.set()
+            raise
+        finally:
+            pool.shutdown(cancel_futures=True)
+
+    def _evaluated(self, job: Job, gradient: bool, stopped: Callable[[], bool]) -> Evaluation:
+        place = self._prepare(job, gradient)
+        self._run(place, stopped)
+        return self._result(place, len(job.points), gradient)
+
+    def _prepare(self, job: Job, gradient: bool) -> Path:
         place = self._new_folder()
-        lines = [",".join(map(repr, row)) for row in points.tolist()]
+        lines = [",".join(map(repr, row)) for row in job.points.tolist()]
         write_bytes(place / "points.csv", ("\n".join(lines) + "\n").encode())
-        said = {"variables": self.variables, "gradient": gradient}
+        said = {"variables": job.variables, "gradient": gradient}
         write_bytes(place / "variables.json", json.dumps(said).encode())
         if self.mesh is not None:
             from ffdstudio.meshes import write_mesh
 
             suffix = Path(self.mesh.path).suffix if self.mesh.path else ".vtu"
-            write_mesh(self.mesh, place / f"mesh{suffix}", points)
+            write_mesh(self.mesh, place / f"mesh{suffix}", job.points)
         return place
 
     def _new_folder(self) -> Path:
         while True:
-            self._number += 1
-            place = self.folder / f"{self._number:06d}"
+            with self._lock:
+                self._number += 1
+                place = self.folder / f"{self._number:06d}"
             try:
                 place.mkdir(parents=True)
                 return place
@@ -101,25 +123,20 @@ class ExternalProgram:
             except OSError as error:
                 raise InputError(f"cannot make the folder {place}: {error.strerror}") from error
 
-    def _run(self, place: Path, count: int, gradient: bool) -> Evaluation:
+    def _run(self, place: Path, stopped: Callable[[], bool]) -> None:
+        name = self.command[0]
         try:
-            with (place / "output.txt").open("wb") as output:
-                done = subprocess.run(
-                    self.command, cwd=place, stdin=subprocess.DEVNULL, stdout=output,
-                    stderr=subprocess.STDOUT, timeout=self.time_limit, check=False,
-                )  # fmt: skip
-        except subprocess.TimeoutExpired as error:
+            status = run_program(self.command, place, self.time_limit, stopped)
+        except TimeoutError as error:
             limit = f"{self.time_limit:g} s"
-            raise EvaluationError(f"{self.command[0]} took more than {limit} in {place}") from error
+            raise EvaluationError(f"{name} took more than {limit} in {place}") from error
         except OSError as error:
             cause = (error.strerror or str(error)).lower()
-            raise EvaluationError(f"cannot start {self.command[0]}: {cause}") from error
-        if done.returncode != 0:
+            raise EvaluationError(f"cannot start {name}: {cause}") from error
+        if status != 0:
             raise EvaluationError(
-                f"{self.command[0]} ended with status {done.returncode} in {place}: "
-                f"{_last_line(place / 'output.txt')}"
+                f"{name} ended with status {status} in {place}: {_last_line(place / 'output.txt')}"
             )
-        return self._result(place, count, gradient)
 
     def _result(self, place: Path, count: int, gradient: bool) -> Evaluation:
         path = place / "result.json"
@@ -129,8 +146,9 @@ class ExternalProgram:
             measures = {str(k): float(v) for k, v in result.get("measures", {}).items()}
         except (ValueError, TypeError, KeyError, AttributeError) as error:
             raise EvaluationError(f"{path} does not hold a value: {error}") from error
-        if not math.isfinite(value):
-            raise EvaluationError(f"{path} holds the value {value}, no finite number")
+        for name, number in {"value": value, **measures}.items():
+            if not math.isfinite(number):
+                raise EvaluationError(f"{path} holds the {name} {number}, no finite number")
         rows = _sensitivity(place / "sensitivity.csv", count) if gradient else None
         return Evaluation(value, rows, flow=1, adjoint=int(gradient), measures=measures)
 
