@@ -161,19 +161,27 @@ class Checks:
                 self._on_volume(body.key)
 
     def report(self, key: str) -> Report | None:
-        """Latest report of a body."""
-        found = self._known.get(key)
+        """Latest report of a body; None if there is none, or no such body any more."""
+        found = self._checked(key)
         return None if found is None else found.report
 
     def cells(self, key: str) -> Indices | None:
         """Cell of each displayed polygon of a body."""
-        found = self._known.get(key)
+        found = self._checked(key)
         return None if found is None else found.cells
 
     def current(self, key: str) -> bool:
         """Whether the latest report is about the shape as it is."""
-        volume = self._document.volume(key)
-        return volume is not None and self._points.get(key) is volume.points and key in self._known
+        volume = None if self._checked(key) is None else self._document.volume(key)
+        return volume is not None and self._points.get(key) is volume.points
+
+    def _checked(self, key: str) -> Checked | None:
+        """What is known of a body of the model: views may ask before this has heard it go."""
+        found = self._known.get(key)
+        return found if found is not None and self._mesh(key) is found.mesh else None
+
+    def _mesh(self, key: str) -> Mesh | None:
+        return next((b.mesh for b in self._document.model.bodies if b.key == key), None)
 
     def digest(self, key: str, measure: str) -> Digest | None:
         """What is shown of a measure; if it is None, `digested` tells when it is there."""
@@ -197,17 +205,20 @@ class Checks:
     # ---- keeping up -----------------------------------------------------------------------
 
     def _on_structure(self) -> None:
+        """Let go of all that is gone before anybody is told: who is told asks for the others."""
         meshes = {body.key: body.mesh for body in self._document.model.bodies}
-        gone = [k for k, known in self._known.items() if meshes.get(k) is not known.mesh]
-        for key in [*gone, *(key for key in self.trouble if key not in meshes)]:
-            self._forget(key)
+        gone = {k for k, known in self._known.items() if meshes.get(k) is not known.mesh}
+        gone |= (self._points.keys() | self.trouble.keys()) - meshes.keys()
+        for key in sorted(gone):
+            self._drop(key)
+        for key in sorted(gone):
+            self.changed.emit(key)
 
-    def _forget(self, key: str) -> None:
+    def _drop(self, key: str) -> None:
         self._known.pop(key, None)
         self._points.pop(key, None)
         self.trouble.pop(key, None)
         self._digests = {pair: made for pair, made in self._digests.items() if pair[0] != key}
-        self.changed.emit(key)
 
     def _on_volume(self, key: str) -> None:
         volume = self._document.volume(key)
@@ -228,15 +239,17 @@ class Checks:
             return Checked(body.mesh, report, cells)
 
         def done(checked: Checked) -> None:
-            if self._points.get(key) is points:
-                self._forget(key)
+            if self._points.get(key) is points and self._mesh(key) is body.mesh:
+                self._drop(key)
                 self._known[key], self._points[key] = checked, points
                 self.changed.emit(key)
 
         def failed(error: Exception) -> None:
             if not isinstance(error, InputError):
                 raise error
-            self._forget(key)
+            if self._mesh(key) is not body.mesh:
+                return
+            self._drop(key)
             self._points[key], self.trouble[key] = points, str(error)
             self.changed.emit(key)
 

@@ -178,6 +178,12 @@ def make_user(qtbot: Any, tmp_path: Path) -> Iterator[Callable[[], User]]:
     yield make
     for user in users:
         close(user)
+    assert [fault for user in users for fault in unexpected(user.script)] == []
+
+
+def unexpected(script: Script) -> list[str]:
+    """Reports of errors that nobody expected: a listener's reaches no test by itself."""
+    return [told.details for told in script.told if "unexpected" in told.title]
 
 
 def close(user: User) -> None:
@@ -212,8 +218,10 @@ def same_user(shared_window: Any, qtbot: Any) -> Iterator[User]:
     script = shared_window.studio.asker
     yield User(shared_window, script, qtbot)
     emptied(shared_window)
+    faults = unexpected(script)
     script.__init__()
     script.parent = shared_window
+    assert faults == []
 
 
 def emptied(window: Any) -> None:

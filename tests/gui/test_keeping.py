@@ -164,6 +164,7 @@ def test_an_unexpected_error_in_a_slot_is_logged_and_shown_and_the_window_stays(
     assert "a bug" in told.cause
     assert "ZeroDivisionError" in told.details
     assert "unexpected error" in caplog.text
+    ready.script.told.clear()
     assert ready.window.isVisible()
     ready.window.document.do(Rename("body1", "still there"))
 

@@ -70,6 +70,30 @@ def test_the_panel_shows_what_the_report_says(cubed: Any) -> None:
     assert panel.histogram.plot.bars.opts["height"].max() > 0
 
 
+@pytest.mark.parametrize("way", ["history", "new"])
+def test_two_measured_bodies_can_go_at_once(cubed: Any, square: Path, way: str) -> None:
+    window, history = cubed.window, cubed.window.history
+    cubed.open(square)
+    panel = window.quality.panel
+    panel.body.setCurrentIndex(1)
+    panel.body.activated.emit(1)
+    cubed.idle()
+    assert panel.currentIndex() == 1
+    if way == "history":
+        place = history.visualItemRect(history.item(0)).center()
+        QTest.mouseClick(
+            history.viewport(), Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier, place
+        )
+    else:
+        cubed.script.answers = ["discard"]
+        cubed.trigger("file.new")
+    cubed.idle()
+    assert window.document.model.bodies == ()
+    assert "Open a mesh" in panel.empty.text()
+    assert window.tree.topLevelItemCount() == 0
+    assert cubed.script.told == []
+
+
 def test_every_measure_names_its_standard(cubed: Any) -> None:
     box = cubed.window.quality.panel.measure
     assert box.count() == len(MEASURES)

@@ -95,6 +95,36 @@ def test_a_body_that_goes_takes_its_report_along(cube: Document) -> None:
     assert checks.report("body1") is None
 
 
+def test_bodies_that_go_together_are_all_gone_when_the_first_is_told(
+    cube: Document, tmp_path: Path
+) -> None:
+    checks, told = Checks(cube), []
+    cube.open_mesh(write_square(tmp_path / "square.su2"))
+    checks.watch(True)
+    keys = [body.key for body in cube.model.bodies]
+    assert all(checks.current(key) for key in keys)
+
+    def look(key: str) -> None:
+        told.append((key, [checks.current(k) or checks.report(k) is not None for k in keys]))
+
+    checks.changed.connect(look)
+    cube.clear()
+    assert told == [(key, [False, False]) for key in keys]
+
+
+def test_nothing_is_known_of_a_body_that_is_not_there(cube: Document) -> None:
+    checks = Checks(cube)
+    checks.watch(True)
+    assert not checks.current("body7")
+    assert checks.report("body7") is None
+    seen: list[bool] = []
+    cube.structure_changed.disconnect(checks._on_structure)  # who hears it before the checks do
+    cube.structure_changed.connect(lambda: seen.append(checks.report("body1") is None))
+    cube.clear()
+    assert seen == [True]
+    assert not checks.current("body1")
+
+
 def test_another_project_with_the_same_keys_is_measured_anew(
     cube: Document, tmp_path: Path
 ) -> None:
