@@ -12,6 +12,8 @@ from PySide6.QtGui import QDropEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QAbstractButton, QAbstractSpinBox, QComboBox, QLineEdit
 
+from ffdstudio.project.commands import Rename
+
 pytestmark = pytest.mark.display
 LEFT = Qt.MouseButton.LeftButton
 
@@ -151,6 +153,43 @@ def test_an_undeformed_lattice_is_fitted_anew_and_keeps_its_place_in_the_tree(re
     ready.idle()
     assert ready.lattice.rest.shape == (4, 4, 5)
     assert len(ready.window.document.model.lattices) == 1
+
+
+def test_the_builder_falls_back_to_everything_when_its_body_goes(user, cube, square):
+    user.open(cube)
+    user.open(square)
+    tree, document = user.window.tree, user.window.document
+    tree.menu_of(tree.topLevelItem(1)).actions()[0].trigger()
+    builder = user.window.lattice.builder
+    assert builder.around.currentText() == "square"
+    user.trigger("edit.undo")  # its opening
+    offered = [builder.around.itemText(k) for k in range(builder.around.count())]
+    assert offered == ["Everything", "cube", "cube: low", "cube: high", "Typed bounds"]
+    assert builder.around.currentText() == "Everything"
+    QTest.keyClick(builder.margin, Qt.Key.Key_Up)
+    assert builder.draft().lower == pytest.approx((-0.06,) * 3)
+    user.trigger("edit.redo")
+    assert builder.around.findText("square") > 0
+    document.do(Rename(document.model.bodies[0].key, "block"))
+    assert builder.around.findText("block: low") > 0
+
+
+def test_typed_bounds_stay_when_bodies_come_and_go(user, cube, square):
+    user.open(cube)
+    user.trigger("lattice.new")
+    builder = user.window.lattice.builder
+    type_into(builder.high[0], "0.3")
+    user.open(square)
+    assert builder.around.currentText() == "Typed bounds"
+    assert builder.draft().upper[0] == 0.3
+
+
+def test_the_form_closes_when_the_lattice_it_refits_is_gone(ready):
+    ready.trigger("lattice.refit")
+    assert ready.window.lattice.building
+    ready.trigger("edit.undo")  # its making
+    assert not ready.window.lattice.building
+    assert ready.window.studio.state.preview is None
 
 
 def test_refinement_keeps_what_is_displayed(ready):

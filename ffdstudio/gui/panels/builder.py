@@ -67,7 +67,7 @@ class Builder(BoxForm):
         document = self._studio.document
         self._filling = True
         self._refitting = None
-        self._offer(*((around, marker) if around else self._walls()))
+        self._offer((around, marker) if around else self._walls())
         flat = bool(document.model.bodies) and all(
             body.mesh.dimension == 2 for body in document.model.bodies
         )
@@ -134,14 +134,34 @@ class Builder(BoxForm):
         if self._refitting is not None:
             command = Refit(self._refitting.key, draft.command())
         self._studio.state.put_preview(None)
-        if self._studio.do(command):
+        self._filling = True  # what the command changes is no reason to show the form anew
+        try:
+            done = self._studio.do(command)
+        finally:
+            self._filling = False
+        if done:
             self._finished()
         else:
             self._show()
 
     # ---- sources of bounds ------------------------------------------------------------------
 
-    def _offer(self, around: str, marker: str) -> None:
+    def keep_up(self) -> None:
+        """Offer what there is now: bodies come, go and are renamed while the form is open."""
+        if self._filling:
+            return
+        model, source = self._studio.document.model, self.around.currentData()
+        lost = self._refitting is not None and self._refitting.key not in {
+            item.key for item in model.lattices
+        }
+        if lost or not model.bodies:
+            self.stop()
+            return
+        self._offer(source)
+        self._take_bounds()
+
+    def _offer(self, source: object) -> None:
+        """List all there is to lay a lattice around; choose a source, or everything."""
         self.around.clear()
         self.around.addItem("Everything", ("", ""))
         for body in self._studio.document.model.bodies:
@@ -150,7 +170,7 @@ class Builder(BoxForm):
                 self.around.addItem(f"{body.name}: {name}", (body.key, name))
         self.around.addItem("Typed bounds", TYPED)
         for number in range(self.around.count()):
-            if self.around.itemData(number) == (around, marker):
+            if self.around.itemData(number) == source:
                 self.around.setCurrentIndex(number)
 
     def _points(self) -> Array | None:

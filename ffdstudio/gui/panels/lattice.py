@@ -87,9 +87,9 @@ class LatticePanel(QStackedWidget):
         """Show the page that fits."""
         model = self._studio.document.model
         self.new.setEnabled(bool(model.bodies))
-        if self.building and not model.bodies:
-            self.builder.stop()
-        elif not self.building:
+        if self.building:
+            self.builder.keep_up()
+        else:
             self.setCurrentIndex(0 if model.active_lattice is None else 1)
             self.summary.fill()
 
