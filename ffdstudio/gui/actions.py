@@ -87,6 +87,11 @@ class Actions:
                 self.toolbar.addSeparator()
             self.toolbar.addAction(action)
 
+    @property
+    def shortcuts(self) -> list[QKeySequence]:
+        """All keys of all actions."""
+        return [keys for action in self.by_name.values() for keys in action.shortcuts()]
+
     def paint_with(self, theme: Theme) -> None:
         """Draw the icons in a theme's colour."""
         for row in ROWS:

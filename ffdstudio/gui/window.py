@@ -18,6 +18,7 @@ from ffdstudio.gui import theme as themes
 from ffdstudio.gui.actions import Actions, conditions
 from ffdstudio.gui.dialogs.ask import Asker
 from ffdstudio.gui.errors import Net, Problem, problem_of, sentence
+from ffdstudio.gui.fieldkeys import FieldKeys
 from ffdstudio.gui.handlers.editing import EditHandler, LatticeHandler, SelectHandler
 from ffdstudio.gui.handlers.files import FileHandler
 from ffdstudio.gui.handlers.keeping import Keeper
@@ -165,6 +166,7 @@ class MainWindow(QMainWindow):
     def _build_actions(self) -> None:
         studio = self.studio
         self.actions_ = Actions(self, self._run)
+        self.field_keys = FieldKeys(self._app, self.actions_.shortcuts)
         self.addToolBar(self.section_bar)
         self._file_menus()
         panel_menu = self.actions_.menus["&View"].addMenu("Pa&nels")
@@ -392,6 +394,7 @@ class MainWindow(QMainWindow):
         self.scene.close()
         for panel in self.panels:
             panel.close_panel()
+        self.field_keys.close()
         self.viewport.close()
         self.net.close()
 

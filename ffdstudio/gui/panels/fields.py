@@ -73,7 +73,7 @@ class NumberEdit(QLineEdit):
             self.style().polish(self)
 
     def _take(self) -> None:
-        if self.text() == self._shown:
+        if self.text() == self._shown or not self.isModified():
             return
         found = parse(self.text())
         self.mark(isinstance(found, str))
@@ -81,6 +81,7 @@ class NumberEdit(QLineEdit):
             self.refused.emit(found)
             return
         self._shown, self._value = self.text(), found
+        self.setText(self._shown)  # taken: nothing that was typed is left to undo
         self.entered.emit(found)
 
     def focusOutEvent(self, event: QFocusEvent) -> None:
