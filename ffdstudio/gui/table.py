@@ -120,7 +120,7 @@ ROWS: tuple[Row, ...] = (
     Row("view.net", "&Lattices", VIEW, "Show the control nets", ("L",), "grid", "lattice", check=True),
     Row("view.section", "Se&ction plane", VIEW, "Cut a volume mesh open along a plane", ("C",), "circle-half-full", "volume body", toolbar=True, check=True),
     Row("view.isolate", "Isolate &body", VIEW, "Show the chosen body alone", ("Shift+H",), "eye-outline", "bodies", line_before=True),
-    Row("view.show_all", "Show &all", VIEW, "Show all bodies, markers and lattices", ("Alt+H",), "eye-check-outline", "anything"),
+    Row("view.show_all", "Show &all", VIEW, "Show all bodies, markers and lattices", ("Ctrl+H",), "eye-check-outline", "anything"),
     Row("view.light", "&Light", VIEW, "Dark on light", (), "", "", check=True, group="theme", submenu="&Theme"),
     Row("view.dark", "&Dark", VIEW, "Light on dark", (), "", "", check=True, group="theme", submenu="&Theme"),
     Row("view.reset_layout", "&Reset layout", VIEW, "Put panels and toolbar back where they were at first", (), "view-dashboard-outline", ""),

@@ -117,7 +117,7 @@ class Builder(BoxForm):
         self._open = tuple((axis, side) for axis, side in item.open_faces)
         self.name.setText(item.name)
         self.around.setCurrentIndex(self.around.findData(TYPED))
-        self.make.setText("&Fit anew")
+        self.make.setText("Fi&t anew")
         self._filling = False
         self._show()
 

@@ -130,7 +130,7 @@ class Summary(QWidget):
             grid.addWidget(self.rows[axis], axis, 1)
             grid.addWidget(self.raisers[axis], axis, 2)
         form = QFormLayout()
-        form.addRow("&Frozen layers", self.frozen)
+        form.addRow("Fro&zen layers", self.frozen)
         self.insert = QPushButton("&Insert a knot…")
         self.refit = QPushButton("Fit a&new…")
         self.reset = QPushButton("&Reset all")

@@ -111,7 +111,7 @@ class QualityPanel(QStackedWidget):
             layout.addWidget(widget)
         limits = QFormLayout()
         limits.setFieldGrowthPolicy(QFormLayout.FieldGrowthPolicy.AllNonFixedFieldsGrow)
-        limits.addRow("&Limits of", self.preset)
+        limits.addRow("L&imits of", self.preset)
         layout.addLayout(limits)
         layout.addWidget(self.limits)
         layout.addWidget(self.tests)

@@ -115,14 +115,14 @@ class StudyForm(QWidget):
             self.mirror.addItem(text)
         self.limits = LimitsEdit()
         self.method, self.norm = choice(METHODS), choice(METRICS)
-        self.carry = QCheckBox("Carry &memory on")
+        self.carry = QCheckBox("Carr&y memory on")
         self.carry.setChecked(True)
         self.indicator = choice(INDICATORS)
         self.variables = _count(1, 5000, 70)
         self.insertions, self.every = _count(1, 50, 1), _count(0, 1000, 0)
         self.every.setSpecialValueText("when it pays")
         self.along = [QCheckBox(letter) for letter in "ijk"]
-        self.row_wise = QCheckBox("&Row by row")
+        self.row_wise = QCheckBox("Row by row")
         self.evaluations, self.iterations = _count(0, 10**6, 0), _count(0, 10**6, 0)
         for box in (self.evaluations, self.iterations):
             box.setSpecialValueText("no limit")
@@ -162,12 +162,12 @@ class StudyForm(QWidget):
         row.setSpacing(4)
         row.addWidget(self.target)
         row.addWidget(self.browse)
-        form.addRow("&Shape", self.shape)
+        form.addRow("Sha&pe", self.shape)
         form.addRow("&Objective", self.objective)
         form.addRow("&Target", row)
         form.labelForField(row).setBuddy(self.target)  # type: ignore[attr-defined]
-        form.addRow("&Angle", self.angle)
-        form.addRow("&Lift", self.lift)
+        form.addRow("An&gle", self.angle)
+        form.addRow("Lift", self.lift)
         form.addRow("Time limit", self.time_limit)
         form.addRow("", self.sensitivity)
         self._goal_form, self._target_row = form, row
@@ -175,8 +175,8 @@ class StudyForm(QWidget):
 
     def _lattice(self) -> QWidget:
         group, form = _group("Variables")
-        form.addRow("La&ttice", self.lattice)
-        form.addRow("&Columns", self.columns)
+        form.addRow("Latti&ce", self.lattice)
+        form.addRow("Colum&ns", self.columns)
         form.addRow("Ro&ws", self.rows)
         form.addRow("Room across", self.room)
         form.addRow("Directions", _in_row(self.letters))
@@ -193,14 +193,14 @@ class StudyForm(QWidget):
     def _way(self) -> QWidget:
         group, form = _group("Method")
         form.addRow("&Method", self.method)
-        form.addRow("M&etric", self.norm)
+        form.addRow("Met&ric", self.norm)
         form.addRow(self.carry)
         return group
 
     def _refining(self) -> QWidget:
         group, form = _group("Refinement")
-        form.addRow("I&ndicator", self.indicator)
-        form.addRow("&Variables up to", self.variables)
+        form.addRow("In&dicator", self.indicator)
+        form.addRow("Varia&bles up to", self.variables)
         form.addRow("&Knots a cycle", self.insertions)
         form.addRow("After iterations", self.every)
         form.addRow("Along", _in_row(self.along))

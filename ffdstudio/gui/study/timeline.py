@@ -92,7 +92,7 @@ class Timeline(QWidget):
         self.last = self._tool("skip-forward", "Last iterate", lambda: self._to(10**9))
         self.follow = self._tool("fast-forward", "Show each new iterate as it comes", None)
         self.follow.setCheckable(True)
-        self.use = QPushButton("&Use this iterate")
+        self.use = QPushButton("Use this &iterate")
         self.use.setToolTip("Make the lattice what is shown, as an edit that can be undone")
         self.release = QPushButton("Put &back")
         self.release.setToolTip("Show the lattice as it is in the document again")
