@@ -39,13 +39,21 @@ class Studio:
 
     def do(self, command: Command) -> bool:
         """Carry out a command; if it cannot be, say why. Whether it was done."""
-        return self.attempt("This", lambda: self.document.do(command))
+        return self.attempt(lambda: self._name(command), lambda: self.document.do(command))
 
-    def attempt(self, doing: str, action: Callable[[], object]) -> bool:
+    def _name(self, command: Command) -> str:
+        """What a command is called in the history; it has changed nothing."""
+        try:
+            return f"“{command.label(self.document.settled_model).strip()}”"
+        except InputError:  # what it is about is gone
+            return "This"
+
+    def attempt(self, doing: str | Callable[[], str], action: Callable[[], object]) -> bool:
         """Run something that may raise `InputError`, which becomes a dialog."""
         try:
             action()
         except InputError as error:
-            self.asker.tell(problem_of(error, doing))
+            name = doing if isinstance(doing, str) else doing()
+            self.asker.tell(problem_of(error, name))
             return False
         return True

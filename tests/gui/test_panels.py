@@ -101,6 +101,43 @@ def test_a_name_that_is_taken_is_refused_and_the_old_one_stays(ready):
     assert ready.window.document.model.bodies[0].name == "Cube A"
 
 
+def test_a_refused_name_is_asked_for_again_and_letters_stay_in_the_tree(ready):
+    window, tree = ready.window, ready.window.tree
+    window.activateWindow()
+    ready.qtbot.waitUntil(window.isActiveWindow)
+    tree.setFocus()
+    tree.setCurrentItem(tree.topLevelItem(0))
+    QTest.keyClick(tree, Qt.Key.Key_F2)
+    editor = tree.findChild(QLineEdit)
+    editor.clear()
+    QTest.keyClick(editor, Qt.Key.Key_Return)
+    ready.qtbot.waitUntil(lambda: bool(ready.script.told))
+    assert ready.script.told[0].title == "“Rename cube to” did not work"
+    ready.qtbot.waitUntil(
+        lambda: isinstance(window.focusWidget(), QLineEdit)
+        and tree.isAncestorOf(window.focusWidget())
+    )
+    editor = window.focusWidget()
+    assert editor.text() == "cube"
+    QTest.keyClicks(editor, "wings")
+    QTest.keyClick(editor, Qt.Key.Key_Return)
+    ready.qtbot.waitUntil(lambda: window.document.model.bodies[0].name == "wings")
+    assert window.studio.state.mode == "move"
+
+
+def test_delete_on_a_marker_removes_nothing(ready):
+    tree, document = ready.window.tree, ready.window.document
+    marker = tree.topLevelItem(0).child(0)
+    tree.setCurrentItem(marker)
+    marker.setCheckState(0, Qt.CheckState.Unchecked)  # fills the tree anew
+    assert tree.currentItem().text(0) == "low"
+    QTest.keyClick(tree, Qt.Key.Key_Delete)
+    assert len(document.model.bodies) == 1
+    tree.setCurrentItem(tree.topLevelItem(0))
+    QTest.keyClick(tree, Qt.Key.Key_Delete)
+    assert document.model.bodies == ()
+
+
 def test_a_marker_can_be_what_a_lattice_is_built_around(ready):
     tree = ready.window.tree
     menu = tree.menu_of(tree.topLevelItem(0).child(1))

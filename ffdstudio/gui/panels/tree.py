@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Any
 
-from PySide6.QtCore import QPoint, QSize, Qt
+from PySide6.QtCore import QPoint, QSize, Qt, QTimer
 from PySide6.QtGui import QAction, QColor, QKeyEvent
 from PySide6.QtWidgets import (
     QAbstractItemView,
@@ -14,6 +14,7 @@ from PySide6.QtWidgets import (
     QMenu,
     QTreeWidget,
     QTreeWidgetItem,
+    QTreeWidgetItemIterator,
 )
 
 from ffdstudio.gui.listening import Listening
@@ -78,18 +79,25 @@ class TreePanel(QTreeWidget):
 
     def fill(self) -> None:
         """Show the model."""
-        model, chosen, theme = self._studio.document.model, self.chosen_key, self._studio.theme
+        model, theme = self._studio.document.model, self._studio.theme
+        chosen = _place(self.currentItem())
         self._filling = True
         self.clear()
         for body in model.bodies:
             self._add_body(body, theme)
         for lattice in model.lattices:
             self._add_lattice(lattice, lattice.key == model.active, theme)
-        for number in range(self.topLevelItemCount()):
-            item = self.topLevelItem(number)
-            if item is not None and item.data(0, KEY) == chosen:
+        for item in self._items():
+            if _place(item) == chosen:
                 self.setCurrentItem(item)
         self._filling = False
+
+    def _items(self) -> Iterator[QTreeWidgetItem]:
+        """All rows, markers after their body."""
+        walk = QTreeWidgetItemIterator(self)
+        while (item := walk.value()) is not None:
+            yield item
+            walk += 1
 
     def _row(self, key: str, name: str, note: str, visible: bool) -> QTreeWidgetItem:
         item = QTreeWidgetItem([name, note])
@@ -144,6 +152,16 @@ class TreePanel(QTreeWidget):
             return
         if not self._studio.do(command):
             self.fill()
+            if isinstance(command, c.Rename):  # after the editor that has just been closed
+                QTimer.singleShot(0, self, lambda: self._rename(key))
+
+    def _rename(self, key: str) -> None:
+        """Ask for a name again, with the keyboard here: letters would be commands elsewhere."""
+        for item in self._items():
+            if _place(item) == (key, None):
+                self.setFocus(Qt.FocusReason.OtherFocusReason)
+                self.setCurrentItem(item)
+                self.editItem(item, 0)
 
     def _on_double_click(self, item: QTreeWidgetItem) -> None:
         key = item.data(0, KEY)
@@ -154,8 +172,9 @@ class TreePanel(QTreeWidget):
         item = self.currentItem()
         if event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter) and item is not None:
             self._on_double_click(item)
-        elif event.key() == Qt.Key.Key_Delete and self.chosen_key:
-            self._studio.do(c.Remove(self.chosen_key))
+        elif event.key() == Qt.Key.Key_Delete and item is not None:
+            if item.data(0, MARKER) is None:  # a marker is part of its mesh
+                self._studio.do(c.Remove(item.data(0, KEY)))
         else:
             super().keyPressEvent(event)
 
@@ -204,6 +223,11 @@ class TreePanel(QTreeWidget):
         dialog.setWindowTitle(f"Colour of {body.name}")
         if self._studio.asker.run(dialog):
             self._studio.do(c.Colour(key, dialog.currentColor().name()))
+
+
+def _place(item: QTreeWidgetItem | None) -> tuple[str, str | None] | None:
+    """Key and marker of a row: what it is about, however often the tree is filled."""
+    return None if item is None else (item.data(0, KEY), item.data(0, MARKER))
 
 
 def count_text(count: int) -> str:
