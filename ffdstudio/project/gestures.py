@@ -4,6 +4,7 @@
    entry in the history. `Tools` drives them.
 2. Release, Return and loss of focus commit; Esc, the right button and ``cancel`` abort.
 3. X, Y, Z lock to an axis, with Shift to the plane of the two others; the same again frees.
+   What is flat stays in its plane: a lock that leads out of it is none.
 4. If somebody else ends the edit (an action, undo), the gesture is over.
 """
 
@@ -20,6 +21,7 @@ from ffdstudio.project.dragging import Lock, displacement, snap_step
 from ffdstudio.project.edit import Edit
 from ffdstudio.project.events import PointerEvent
 from ffdstudio.project.feedback import OCTAVE, Feedback, vector_text
+from ffdstudio.project.flatness import within
 from ffdstudio.project.spread import Soft
 from ffdstudio.project.transforms import rotation, scaling
 
@@ -64,9 +66,10 @@ class Stroke:
     def take(self, event: PointerEvent) -> None:
         """Take note of where the cursor is, of modifiers and of keys that lock."""
         if event.kind == "key" and event.key in ("X", "Y", "Z"):
-            number = "XYZ".index(event.key)
-            wanted = Lock.without(number) if event.shift else Lock.axis(number)
-            self.lock = self.tools.plane if self.lock == wanted else wanted
+            number, plane = "XYZ".index(event.key), self.tools.plane
+            wanted = within(Lock.without(number) if event.shift else Lock.axis(number), plane)
+            if wanted is not None:
+                self.lock = plane if self.lock == wanted else wanted
         elif event.kind == "move":
             self.last = event
         elif event.kind == "key":  # Shift or Ctrl went down or up
@@ -128,8 +131,9 @@ def turn(tools: Tools, press: PointerEvent, event: PointerEvent, pivot: Array) -
     def transform(stroke: Stroke) -> tuple[Callable[[Array], Array], str]:
         angle = _angle(press, stroke.last, pivot)
         axis = -press.camera.forward  # towards the viewer: anticlockwise as seen
-        if stroke.lock is not None:
-            along = np.array(stroke.lock.direction)
+        lock = tools.plane or stroke.lock  # what is flat turns in its plane only
+        if lock is not None:
+            along = np.array(lock.direction)
             axis, angle = along, angle if along @ axis >= 0 else -angle
         if stroke.last.shift:
             angle *= 0.1

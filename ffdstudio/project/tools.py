@@ -19,6 +19,7 @@ from ffdstudio.project.dragging import Lock, snap_step
 from ffdstudio.project.edit import Edit
 from ffdstudio.project.events import PointerEvent
 from ffdstudio.project.feedback import NOTHING, Feedback, weight_handle
+from ffdstudio.project.flatness import normal_axis, plane_of
 from ffdstudio.project.guarding import Verdict, Warden
 from ffdstudio.project.model import Index, LatticeItem
 from ffdstudio.project.picking import in_rectangle, nearest
@@ -182,12 +183,7 @@ class Tools:
     @property
     def plane(self) -> Lock | None:
         """Plane that flat things stay in: of a lattice of two directions, or of 2D meshes."""
-        item, bodies = self._item, self.document.model.bodies
-        if item is not None and item.rest.dimension == 2:
-            return Lock(tuple(np.cross(*item.rest.axes).tolist()), plane=True)
-        if bodies and all(body.mesh.dimension == 2 for body in bodies):
-            return Lock((0.0, 0.0, 1.0), plane=True)
-        return None
+        return plane_of(self.document.model)
 
     def spread(self, item: LatticeItem) -> Spread:
         """What moves with the selection, in the active lattice as it was at some time."""
@@ -285,18 +281,23 @@ class Tools:
             return False
         pivot = self.pivot()
         step = snap_step(event.camera, pivot) * (0.1 if event.shift else 1.0)
-        vector = step * _axis_like(event, pivot, ARROWS[event.key])
+        out = normal_axis(self.plane)
+        vector = step * _axis_like(event, pivot, ARROWS[event.key], out)
         spread, edit = self.begin()
         edit.place(spread.place(edit.start, lambda points: points + vector))
         edit.commit()
         return True
 
 
-def _axis_like(event: PointerEvent, point: Array, arrow: tuple[int, int]) -> Array:
-    """Coordinate axis, with its sign, that points most in the direction of an arrow."""
+def _axis_like(
+    event: PointerEvent, point: Array, arrow: tuple[int, int], but: int | None
+) -> Array:
+    """Coordinate axis but one, with its sign, that points most in the direction of an arrow."""
     size = event.camera.pixel_size(point)
     ends = event.camera.project(np.vstack([point, point + size * np.eye(3)]))
     along = (ends[1:] - ends[0]) @ [arrow[0], -arrow[1]]
+    if but is not None:
+        along[but] = 0.0
     best = int(np.argmax(np.abs(along)))
     return float(np.sign(along[best])) * np.eye(3)[best]
 

@@ -368,6 +368,26 @@ def test_typed_transformations_are_seen_at_once_and_kept_or_not(ready, accept):
     assert ready.window.document.editing is None
 
 
+def test_a_flat_mesh_offers_no_number_that_leads_out_of_its_plane(user, square):
+    user.open(square)
+    user.build((4, 4))
+    user.window.document.select([(1, 1)])
+    panel = user.window.points
+    for field in (panel.position, panel.displacement, panel.by):
+        assert [edit.isEnabled() for edit in field.edits] == [True, True, False]
+
+    def look(dialog):
+        assert not dialog.move_by.edits[2].isEnabled()
+        assert not dialog.scale.edits[2].isEnabled()
+        assert not dialog.axis.isEnabled()
+        assert dialog.axis.currentText() == "about Z"
+        return False
+
+    user.script.dialogs = [look]
+    user.trigger("edit.transform")
+    assert user.script.dialogs == []
+
+
 def test_soft_selection_and_symmetry_reach_the_tools(ready):
     ready.trigger("edit.soft")
     ready.trigger("edit.mirror_y")

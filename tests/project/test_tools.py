@@ -330,3 +330,50 @@ def test_cancel_leaves_nothing_behind(hand: Hand) -> None:
     hand.tools.cancel()
     assert hand.document.model is model
     assert hand.document.editing is None
+
+
+@pytest.fixture
+def flat(tmp_path: Path) -> Hand:
+    """A flat mesh in a lattice of three directions, seen from the side."""
+    box = c.CreateBox("Box", (-0.1, -0.1, -1.0), (1.1, 1.1, 1.0), (4, 4, 4), (3, 3, 3))
+    return Hand(opened(write_square(tmp_path / "square.su2"), box))
+
+
+@pytest.mark.parametrize("mode", ["move", "rotate", "scale"])
+@pytest.mark.parametrize("key", ["X", "Y", "Z"])
+@pytest.mark.parametrize("shift", [False, True])
+def test_no_key_takes_a_flat_mesh_out_of_its_plane(
+    flat: Hand, mode: str, key: str, shift: bool
+) -> None:
+    flat.tools.options = Options(mode=mode)
+    flat.document.select([(1, 1, 2), (2, 2, 2)])
+    before, begin = flat.net.copy(), flat.pixel((1, 1, 2))
+    flat.press(begin)
+    flat.send("move", begin + (30, 0))
+    flat.key(key, shift=shift)
+    flat.send("move", begin + (60, -40))
+    flat.release(begin + (60, -40))
+    assert np.abs((flat.net - before)[..., :2]).max() > 0.01
+    assert np.abs((flat.net - before)[..., 2]).max() < 1e-12
+
+
+def test_a_plane_lock_of_a_flat_mesh_leaves_the_axis_in_both(flat: Hand) -> None:
+    before, begin = flat.net.copy(), flat.pixel((1, 1, 2))
+    flat.press(begin)
+    flat.send("move", begin + (30, 0))
+    flat.key("X", shift=True)
+    flat.send("move", begin + (60, -40))
+    assert "[Y]" in flat.tools.feedback.text
+    flat.key("X", shift=True)  # the same again frees
+    assert "[" not in flat.tools.feedback.text
+    flat.key("Escape")
+    assert (flat.net == before).all()
+
+
+def test_arrow_keys_keep_a_flat_mesh_in_its_plane(flat: Hand) -> None:
+    flat.document.select([(1, 1, 2)])
+    flat.camera = look(eye=(4.0, 0.5, 0.6))  # up on the screen is z
+    before = flat.net.copy()
+    for key in ("Up", "Left"):
+        assert flat.key(key)
+    assert ((flat.net - before)[..., 2] == 0).all()

@@ -18,6 +18,7 @@ from ffdstudio.errors import InputError
 from ffdstudio.gui.panels.fields import NumberEdit, VectorEdit, note, say
 from ffdstudio.project.document import Document
 from ffdstudio.project.edit import Edit
+from ffdstudio.project.flatness import normal_axis, plane_of
 from ffdstudio.project.transforms import rotation, scaling
 
 
@@ -68,9 +69,19 @@ class TransformDialog(QDialog):
         except InputError as error:
             self._refuse(f"{error}.".capitalize())
             return
+        self._stay_flat(normal_axis(plane_of(document.model)))
         count = len(self._edit.points)
         say(self.wrong, "")
         self.setWindowTitle(f"Transform {count} point{'' if count == 1 else 's'}")
+
+    def _stay_flat(self, out: int | None) -> None:
+        """Offer nothing that leads out of the plane of a flat mesh."""
+        if out is None:
+            return
+        for field in (self.move_by, self.scale):
+            field.bar(out, "A flat mesh stays in its plane")
+        self.axis.setCurrentIndex(out)
+        self.axis.setEnabled(False)
 
     def _connect(self) -> None:
         edits: list[NumberEdit] = [*self.move_by.edits, *self.scale.edits]

@@ -118,6 +118,12 @@ class VectorEdit(QWidget):
             if not (edit.hasFocus() and edit.isModified()):
                 edit.put(value, MIXED if value is None else "")
 
+    def bar(self, place: int | None, why: str) -> None:
+        """Keep one of the numbers as it is, and say why; None bars none."""
+        for number, edit in enumerate(self.edits):
+            edit.setEnabled(number != place)
+            edit.setStatusTip(why if number == place else "")
+
     @property
     def values(self) -> list[float | None]:
         """The numbers that are typed now."""

@@ -26,6 +26,7 @@ from ffdstudio.gui.studio import Studio
 from ffdstudio.gui.theme import Theme
 from ffdstudio.project import typed
 from ffdstudio.project.edit import Edit
+from ffdstudio.project.flatness import normal_axis, plane_of
 from ffdstudio.project.model import Index, LatticeItem
 
 Array = NDArray[np.float64]
@@ -138,6 +139,9 @@ class PointsPanel(QWidget):
             text += " (frozen)" if frozen == len(points) else f", {frozen} of them frozen"
         say(self.heading, text)
         self.fields.setEnabled(frozen < len(points))
+        out = normal_axis(plane_of(self._studio.document.model))
+        for field in (self.position, self.displacement, self.by):
+            field.bar(out, "A flat mesh stays in its plane")
 
     def _show_weight(self, weight: float | None) -> None:
         self.slider.blockSignals(True)
