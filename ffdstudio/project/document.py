@@ -127,20 +127,26 @@ class Document:
     def do(self, command: Command) -> None:
         """Carry out a command and enter it into history and journal.
 
-        A drag under way is committed before.
+        A drag under way is committed before; an iterate that is shown stays if the command
+        is about looks only.
 
         Raises
         ------
         InputError
             If it cannot be carried out; nothing has changed then.
         """
-        if self.editing is not None:
+        beside = self.editing if command.looks_only else None
+        if self.editing is not None and (beside is None or not beside.lasting):
             self.editing.commit()
-        before = self.model
+        before = self.settled_model
         after = command.apply(before)
         self.history.push(Entry(command, command.label(before), before, after))
         self.journal.record(command)
-        self._become(after)
+        if self.editing is None:
+            self._become(after)
+        else:
+            self.editing.go_on_from(after)
+            self.structure_changed.emit()
         self.history_changed.emit()
 
     def undo(self) -> None:

@@ -36,7 +36,11 @@ class Edit:
         Control points that are edited; frozen ones are left out.
     start, weights : numpy.ndarray
         (k, 3) and (k,) what they were at the beginning.
+    lasting : bool
+        Whether it goes on while something else is done; a drag is committed then.
     """
+
+    lasting = False
 
     def __init__(self, document: Document, key: str, points: Sequence[Index]) -> None:
         self._document = document
@@ -108,6 +112,10 @@ class Edit:
     def forget(self, follower: Follower) -> None:
         """Take hold of a follower anew: it has settled in the meantime."""
         self._holds.pop(follower, None)
+
+    def go_on_from(self, model: Model) -> None:
+        """Take a model that differs in looks only for the one it began with."""
+        raise NotImplementedError  # a drag does not last
 
     # ---- end ---------------------------------------------------------------------------------
 

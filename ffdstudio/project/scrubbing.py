@@ -2,7 +2,8 @@
 
 It stands where a drag stands (`Document.editing`), so that the viewport shows it as it shows
 a drag, an undo or Esc takes it back without a trace, and whatever else the user edits keeps
-what he sees: one entry of the history, *Use iterate*. Unlike a drag it may refine the net.
+what he sees: one entry of the history, *Use iterate*. Unlike a drag it may refine the net, and
+it lasts while the user hides, colours or names things to see it better.
 """
 
 from __future__ import annotations
@@ -36,6 +37,8 @@ class Scrub(Edit):
         Cells that it turns inside out; None until somebody has counted them.
     """
 
+    lasting = True
+
     def __init__(self, document: Document, key: str) -> None:
         self._document = document
         self.before: Model = document.model
@@ -53,11 +56,20 @@ class Scrub(Edit):
         if self._document.editing is not self:
             return
         current = with_knots_of(current, self.item.rest)
-        item = replace(self.item, rest=self.rest_of(current), current=current)
         if current != self.shown:
             self.inverted = None
         self.shown, self.note = current, note
-        self._put(item)
+        self._put(self._as_shown())
+
+    def _as_shown(self) -> LatticeItem:
+        if self.shown is None:
+            return self.item
+        return replace(self.item, rest=self.rest_of(self.shown), current=self.shown)
+
+    def go_on_from(self, model: Model) -> None:
+        """See `Edit.go_on_from`."""
+        self.before, self.item = model, model.lattice(self.item.key)
+        self._document.preview(model.with_(self._as_shown()))
 
     def _put(self, item: LatticeItem) -> None:
         document = self._document

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from ffdstudio.errors import InputError
-from ffdstudio.project.commands import CreateBox
+from ffdstudio.project.commands import Colour, CreateBox, Rename, Show
 from ffdstudio.project.document import Document
 from ffdstudio.project.journal import read_journal
 from ffdstudio.project.scrubbing import scrub
@@ -113,3 +113,57 @@ def test_views_hear_of_the_old_net_before_its_points(document):
     edit.abort()
     assert heard[0] == (5, 3)
     assert heard[-1] == "moved"
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        Show(("body1",), False),
+        Colour("body1", "#ff0000"),
+        Rename("lattice2", "Net"),
+        Show(("lattice2",), False),
+    ],
+    ids=["hide", "colour", "rename", "hide the lattice"],
+)
+def test_what_changes_looks_only_leaves_the_iterate_shown(document, command):
+    item = document.model.active_lattice
+    finer = _bent(item.current.insert_knots(0, [0.4]), 0.1)
+    edit = scrub(document, item.key)
+    edit.show(finer, "iterate 3")
+    heard = []
+    document.structure_changed.connect(lambda: heard.append(document.model))
+    document.do(command)
+    assert document.editing is edit
+    assert document.model.active_lattice.current == finer
+    assert heard == [document.model]
+    labels = document.history.labels
+    assert labels[-1] == command.label(document.history.entries[-1].before)
+    assert not document.settled_model.active_lattice.deformed
+    edit.show(_bent(finer, 0.2), "iterate 4")
+    edit.abort()
+    assert document.model is document.history.entries[-1].after
+    document.undo()
+    assert document.history.labels == labels
+    assert document.model.active_lattice is item
+
+
+def test_an_iterate_can_still_be_used_after_something_was_hidden(document):
+    item = document.model.active_lattice
+    bent = _bent(item.current, 0.1)
+    edit = scrub(document, item.key)
+    edit.show(bent, "iterate 3")
+    document.do(Show(("body1",), False))
+    edit.commit()
+    assert document.history.labels[-2:] == ["Hide section", "Use iterate 3"]
+    assert document.model.active_lattice.current == bent
+    assert not document.model.bodies[0].visible
+
+
+def test_a_refused_look_leaves_the_iterate_shown_and_nothing_done(document):
+    edit = scrub(document, "lattice2")
+    edit.show(_bent(document.model.active_lattice.current, 0.1))
+    labels = document.history.labels
+    with pytest.raises(InputError):
+        document.do(Rename("lattice2", ""))
+    assert document.editing is edit
+    assert document.history.labels == labels

@@ -18,9 +18,13 @@ Points = tuple[Numbers, ...]
 
 @dataclass(frozen=True)
 class Command:
-    """Base of all commands; `verb` is its word in the journal."""
+    """Base of all commands; `verb` is its word in the journal.
+
+    `looks_only` says that no point moves by it: it hides, shows, colours or names.
+    """
 
     verb: ClassVar[str]
+    looks_only: ClassVar[bool] = False
 
     def apply(self, model: Model) -> Model:
         """Return the model after the command; `InputError` if it makes no sense there."""

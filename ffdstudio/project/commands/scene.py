@@ -160,6 +160,7 @@ class Rename(Command):
     """Rename a body or a lattice."""
 
     verb: ClassVar[str] = "rename"
+    looks_only = True
     item: str
     name: str
 
@@ -176,6 +177,7 @@ class Show(Command):
     """Show or hide bodies and lattices."""
 
     verb: ClassVar[str] = "show"
+    looks_only = True
     items: tuple[str, ...]
     visible: bool = True
 
@@ -192,6 +194,7 @@ class Isolate(Command):
     """Show one body alone; lattices stay as they are."""
 
     verb: ClassVar[str] = "isolate"
+    looks_only = True
     item: str
 
     def apply(self, model: Model) -> Model:
@@ -207,6 +210,7 @@ class ShowMarkers(Command):
     """Show or hide markers of a body."""
 
     verb: ClassVar[str] = "show markers"
+    looks_only = True
     item: str
     markers: tuple[str, ...]
     visible: bool = True
@@ -243,6 +247,7 @@ class Colour(Command):
     """Give a body a colour, ``#rrggbb``, or None for the theme's choice."""
 
     verb: ClassVar[str] = "colour"
+    looks_only = True
     item: str
     colour: str | None
 
