@@ -28,6 +28,7 @@ from ffdstudio.project.spread import Mirror, Soft, Spread
 Array = NDArray[np.float64]
 RADIUS = 10.0  # pixels around a control point or handle that count as on it
 STILL = 3.0  # pixels that a click may move
+FROZEN = "frozen: this point stays (Lattice panel, Frozen layers)"
 ARROWS = {
     "Left": (-1, 0),
     "Right": (1, 0),
@@ -149,13 +150,16 @@ class Tools:
     # ---- what is under the cursor ---------------------------------------------------------
 
     def hit(self, event: PointerEvent) -> Index | None:
-        """Control point of the active lattice under the cursor."""
+        """Control point of the active lattice under the cursor, a free one if there is one."""
         item = self._item
         if item is None or not item.visible:
             return None
-        flat = item.current.control_points.reshape(-1, 3)
-        row = nearest(event.camera, flat, event.x, event.y, RADIUS)
-        return None if row is None else _index(row, item)
+        flat, free = item.current.control_points.reshape(-1, 3), ~item.frozen_mask.ravel()
+        for rows in (np.flatnonzero(free), np.flatnonzero(~free)):
+            row = nearest(event.camera, flat[rows], event.x, event.y, RADIUS)
+            if row is not None:
+                return _index(int(rows[row]), item)
+        return None
 
     def handle_point(self) -> Index | None:
         """Control point that shows the handle of its weight: the one selected, or picked."""
@@ -260,6 +264,16 @@ class Tools:
             event = yield
         if point in self.document.selection and self._movable():
             yield from self._dragged(press, event, point)
+        elif self._item is not None and self._item.frozen_mask[point]:
+            yield from self._stuck(event)
+
+    def _stuck(self, event: PointerEvent) -> gestures.Gesture:
+        """Say at the cursor why nothing moves, until the button is let go."""
+        while event.kind not in ("release", "lost", "cancel"):
+            if event.happened("key", "Escape"):
+                return
+            self.show(Feedback(FROZEN, event.at))
+            event = yield
 
     def _dragged(self, press: PointerEvent, event: PointerEvent, point: Index) -> gestures.Gesture:
         assert self._item is not None

@@ -312,6 +312,28 @@ def test_frozen_and_hidden_points_cannot_be_dragged(hand: Hand) -> None:
     assert not hand.press(hand.pixel((3, 3, 3)))
 
 
+def test_dragging_a_frozen_point_says_why_nothing_moves(hand: Hand) -> None:
+    hand.document.do(c.FreezeLayers("lattice2", 1))
+    begin = hand.pixel((3, 3, 3))
+    hand.press(begin)
+    hand.send("move", begin + (40, 10))
+    assert hand.tools.feedback.text.startswith("frozen")
+    assert hand.tools.feedback.at == tuple(begin + (40, 10))
+    hand.release(begin + (40, 10))
+    assert not hand.tools.feedback.text
+    assert not hand.tools.busy
+    assert hand.document.editing is None
+
+
+def test_a_free_point_is_hit_where_a_frozen_one_covers_it(hand: Hand) -> None:
+    hand.document.do(c.FreezeLayers("lattice2", 1))
+    covered, cover = hand.net[1, 2, 2], hand.net[1, 2, 3]
+    hand.camera = look(eye=tuple(covered + 5 * (cover - covered)), at=tuple(covered))
+    front, behind = hand.pixel((1, 2, 3)), hand.pixel((1, 2, 2))
+    assert np.hypot(*(front - behind)) < 1e-6
+    assert hand.tools.hit(PointerEvent("move", hand.camera, *front)) == (1, 2, 2)
+
+
 def test_a_gesture_survives_that_its_edit_ends_elsewhere(hand: Hand) -> None:
     begin = hand.pixel(POINT)
     hand.press(begin)
