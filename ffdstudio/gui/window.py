@@ -177,6 +177,7 @@ class MainWindow(QMainWindow):
         edit, select = EditHandler(studio), SelectHandler(studio)
         lattice = LatticeHandler(studio, self.lattice, self._show_lattice_panel)
         lattice.load_paths = self.files.open
+        self.lattice.left = self._to_picture
         self.tree.lattice_around = lattice.around
         self.files.may_stop = self.studies.may_close
         self.files.chosen_body = self.view.chosen_body = self.tree.chosen_body
@@ -236,6 +237,12 @@ class MainWindow(QMainWindow):
         else:
             handler, method = name.split(".")
             getattr(self._handlers[handler], method)()
+        if name.startswith("select."):
+            self._to_picture()  # the arrow keys nudge what is selected now
+
+    def _to_picture(self) -> None:
+        """Give the picture the keyboard."""
+        self.viewport.setFocus(Qt.FocusReason.OtherFocusReason)
 
     # ---- listening --------------------------------------------------------------------------
 

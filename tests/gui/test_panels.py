@@ -211,6 +211,54 @@ def test_the_builder_falls_back_to_everything_when_its_body_goes(user, cube, squ
     assert builder.around.findText("block: low") > 0
 
 
+def opened_form(user):
+    user.window.activateWindow()
+    user.qtbot.waitUntil(user.window.isActiveWindow)
+    user.trigger("lattice.new")
+    builder = user.window.lattice.builder
+    user.qtbot.waitUntil(builder.around.hasFocus)
+    return builder
+
+
+@pytest.mark.parametrize("field", ["name", "around", "margin", "rotated", "counts", "low"])
+def test_return_creates_and_escape_cancels_from_every_field(user, cube, field):
+    user.open(cube)
+    window, lattices = user.window, lambda: len(user.window.document.model.lattices)
+    for key, count in ((Qt.Key.Key_Escape, 0), (Qt.Key.Key_Return, 1)):
+        builder = opened_form(user)
+        widget = getattr(builder, field)
+        widget = widget[0] if isinstance(widget, list) else widget
+        widget.setFocus()
+        QTest.keyClick(widget, key)
+        assert not window.lattice.building
+        assert lattices() == count
+        assert window.viewport.hasFocus()
+
+
+def test_keys_on_the_buttons_of_the_form_do_what_the_buttons_say(user, cube):
+    user.open(cube)
+    window = user.window
+    for key, button in ((Qt.Key.Key_Return, "cancel"), (Qt.Key.Key_Escape, "make")):
+        widget = getattr(opened_form(user), button)
+        widget.setFocus()
+        QTest.keyClick(widget, key)
+        assert not window.lattice.building
+        assert window.document.model.lattices == ()
+    widget = opened_form(user).make
+    widget.setFocus()
+    QTest.keyClick(widget, Qt.Key.Key_Return)
+    assert len(window.document.model.lattices) == 1
+
+
+def test_return_makes_no_lattice_while_something_is_wrong(user, cube):
+    user.open(cube)
+    builder = opened_form(user)
+    builder.degrees[1].setValue(7)
+    QTest.keyClick(builder.degrees[1], Qt.Key.Key_Return)
+    assert user.window.lattice.building
+    assert user.window.document.model.lattices == ()
+
+
 def test_typed_bounds_stay_when_bodies_come_and_go(user, cube, square):
     user.open(cube)
     user.trigger("lattice.new")
@@ -339,6 +387,18 @@ def test_arrow_keys_nudge_the_selection(ready):
     moved = ready.lattice.current.control_points - ready.lattice.rest.control_points
     assert moved[1, 1, 3, 2] > 0
     assert labels(ready)[-1] == "Move point (1, 1, 3)"
+
+
+def test_arrow_keys_nudge_after_a_button_and_select_all(ready):
+    window = ready.window
+    window.activateWindow()
+    ready.qtbot.waitUntil(window.isActiveWindow)
+    raiser = window.lattice.summary.raisers[0]
+    raiser.setFocus()
+    QTest.keyClick(raiser, Qt.Key.Key_A)
+    assert window.viewport.hasFocus()
+    QTest.keyClick(window.focusWidget(), Qt.Key.Key_Up)
+    assert labels(ready)[-1] == "Move 64 points"
 
 
 def test_the_history_is_a_list_to_jump_in(ready):

@@ -83,6 +83,8 @@ class BoxForm(QWidget):
             )
             box.setMinimumContentsLength(10)
         self.make.setDefault(True)
+        for button in (self.align, self.cancel):
+            button.setAutoDefault(True)  # Return presses the button that has the keyboard
 
     def _lay_out(self) -> None:
         form = QFormLayout()

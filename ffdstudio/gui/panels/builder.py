@@ -6,7 +6,8 @@ from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import Qt
+from PySide6.QtCore import QEvent, QObject, Qt
+from PySide6.QtGui import QKeyEvent
 
 from ffdstudio.engine import Lattice
 from ffdstudio.engine.boxes import Frame
@@ -59,6 +60,23 @@ class Builder(BoxForm):
             edit.textEdited.connect(self._on_typed)
         self.make.clicked.connect(self._create)
         self.cancel.clicked.connect(self.stop)
+        self.footer.installEventFilter(self)
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Return and Esc do what they do in a dialog; fields have taken what is theirs."""
+        if event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter):
+            self._create()
+        elif event.key() == Qt.Key.Key_Escape:
+            self.stop()
+        else:
+            super().keyPressEvent(event)
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        """Esc on the buttons, which lie outside this form."""
+        if isinstance(event, QKeyEvent) and event.type() == QEvent.Type.KeyPress:
+            self.keyPressEvent(event)
+            return event.isAccepted()
+        return super().eventFilter(watched, event)
 
     # ---- beginning and end ------------------------------------------------------------------
 

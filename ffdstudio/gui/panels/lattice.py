@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from PySide6.QtWidgets import (
+    QApplication,
     QFormLayout,
     QGridLayout,
     QHBoxLayout,
@@ -33,6 +36,7 @@ class LatticePanel(QStackedWidget):
     def __init__(self, studio: Studio) -> None:
         super().__init__()
         self._studio = studio
+        self.left: Callable[[], object] = lambda: None  # the form was left: to the picture
         self.builder = Builder(studio, self._on_built)
         self.summary = Summary(studio)
         self.empty = note(
@@ -80,8 +84,11 @@ class LatticePanel(QStackedWidget):
         self.builder.refit(item)
 
     def _on_built(self) -> None:
+        typing = self.isAncestorOf(QApplication.focusWidget())
         self.setCurrentIndex(0)
         self.fill()
+        if typing:  # else Qt would pick a field, and the next key would change its number
+            self.left()
 
     def fill(self) -> None:
         """Show the page that fits."""
