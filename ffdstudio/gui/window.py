@@ -19,6 +19,7 @@ from ffdstudio.gui.actions import Actions, conditions
 from ffdstudio.gui.dialogs.ask import Asker
 from ffdstudio.gui.errors import Net, Problem, problem_of, sentence
 from ffdstudio.gui.fieldkeys import FieldKeys
+from ffdstudio.gui.focusring import FocusRing
 from ffdstudio.gui.handlers.editing import EditHandler, LatticeHandler, SelectHandler
 from ffdstudio.gui.handlers.files import FileHandler
 from ffdstudio.gui.handlers.keeping import Keeper
@@ -167,6 +168,7 @@ class MainWindow(QMainWindow):
         studio = self.studio
         self.actions_ = Actions(self, self._run)
         self.field_keys = FieldKeys(self._app, self.actions_.shortcuts)
+        self.focus_ring = FocusRing(self._app, self, self.viewport)
         self.addToolBar(self.section_bar)
         self._file_menus()
         panel_menu = self.actions_.menus["&View"].addMenu("Pa&nels")
@@ -402,6 +404,7 @@ class MainWindow(QMainWindow):
         for panel in self.panels:
             panel.close_panel()
         self.field_keys.close()
+        self.focus_ring.close_ring()
         self.viewport.close()
         self.net.close()
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from PySide6.QtCore import Qt
 from PySide6.QtWidgets import (
     QApplication,
     QFormLayout,
@@ -84,7 +85,8 @@ class LatticePanel(QStackedWidget):
         self.builder.refit(item)
 
     def _on_built(self) -> None:
-        typing = self.isAncestorOf(QApplication.focusWidget())
+        focus = QApplication.focusWidget()
+        typing = focus is not None and self.isAncestorOf(focus)
         self.setCurrentIndex(0)
         self.fill()
         if typing:  # else Qt would pick a field, and the next key would change its number
@@ -217,6 +219,7 @@ def _scrolled(page: QWidget, footer: QWidget | None) -> QWidget:
     area.setWidget(page)
     area.setWidgetResizable(True)
     area.setFrameShape(QScrollArea.Shape.NoFrame)
+    area.setFocusPolicy(Qt.FocusPolicy.NoFocus)  # it follows the field that has it
     whole = QWidget()
     layout = QVBoxLayout(whole)
     layout.setContentsMargins(0, 0, 0, 0)

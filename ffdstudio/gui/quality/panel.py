@@ -56,6 +56,7 @@ class QualityPanel(QStackedWidget):
         page.setWidget(self._page())
         page.setWidgetResizable(True)
         page.setFrameShape(QScrollArea.Shape.NoFrame)
+        page.setFocusPolicy(Qt.FocusPolicy.NoFocus)  # it follows the field that has it
         page.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.addWidget(self.empty)
         self.addWidget(page)
