@@ -61,12 +61,15 @@ class Job:
         done: Callable[[Any], None],
         failed: Callable[[Exception], None] | None,
         key: str,
+        cancelled: Callable[[], None] | None,
     ) -> None:
         self.label = label
         self.progress = progress
         self.done = done
         self.failed = failed
         self.key = key
+        self.cancelled = cancelled
+        self.outdated = False
         self.fraction = 0.0
         self.text = ""
 
@@ -112,14 +115,15 @@ class Jobs(QObject):
         done: Callable[[Any], None],
         failed: Callable[[Exception], None] | None = None,
         key: str = "",
+        cancelled: Callable[[], None] | None = None,
     ) -> Job:
         """Run `work(progress)` in a worker; `done(result)` is called in the GUI thread."""
         for other in self._jobs:
             if key and other.key == key:
+                other.outdated = True
                 other.cancel()
-        job = Job(
-            label, Progress(lambda f, t: self._post(job, "progress", (f, t))), done, failed, key
-        )
+        progress = Progress(lambda f, t: self._post(job, "progress", (f, t)))
+        job = Job(label, progress, done, failed, key, cancelled)
         self._jobs.append(job)
         self._pool.submit(_run, job, work, self._post)
         self.changed.emit()
@@ -157,6 +161,8 @@ class Jobs(QObject):
                 self._jobs.remove(job)
                 if not job.progress.cancelled:
                     self._finish(job, kind, value)
+                elif job.cancelled is not None and not job.outdated:
+                    job.cancelled()
         finally:
             self.changed.emit()  # `finish` waits for it, whatever a callback raises
 

@@ -81,7 +81,9 @@ class StatusLine(QStatusBar):
         if not bodies:
             self._put("", "")
         elif any(volume is None for volume in volumes):
-            self._put(f"{nodes:,} nodes, checking cells …", "muted")
+            busy = any(document.checking(body.key) for body in bodies)
+            state = "checking cells …" if busy else "cells not checked"
+            self._put(f"{nodes:,} nodes, {state}", "muted")
         else:
             moved = sum(v.moved for v in volumes if v is not None)
             counts = [v.inverted for v in volumes if v is not None and v.inverted is not None]

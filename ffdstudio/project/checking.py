@@ -253,4 +253,11 @@ class Checks:
             self._points[key], self.trouble[key] = points, str(error)
             self.changed.emit(key)
 
-        document.runner.start(f"Measuring {body.name}", work, done, failed, f"quality {key}")
+        def cancelled() -> None:
+            if self._points.get(key) is points:
+                del self._points[key]
+                self.trouble[key] = "measuring was cancelled"
+                self.changed.emit(key)
+
+        label = f"Measuring {body.name}"
+        document.runner.start(label, work, done, failed, f"quality {key}", cancelled)

@@ -3,7 +3,8 @@
 1. Displayed points move at once if their embeddings are known; what is missing is embedded
    in a worker, and *moved* is emitted when that has arrived.
 2. All nodes and the inverted cells of each body are worked out in a worker after each edit;
-   only the newest result counts.
+   only the newest result counts. Work that the user cancels is due again: it is started by
+   the next edit, or by who needs it.
 """
 
 from __future__ import annotations
@@ -99,16 +100,26 @@ class Displays:
 
     def _start_volume(self, body: Body, shown: Shown, model: Model) -> None:
         document, state = self._document, shown.expected
-        shown.outdated = False
+        shown.outdated, shown.checking = False, True
         document.volume_changed.emit(body.key)
+
+        def end(volume: Volume | None, outdated: bool = False) -> None:
+            if self._shown.get(body.key) is shown and shown.expected is state:
+                shown.volume, shown.outdated, shown.checking = volume, outdated, False
+                document.volume_changed.emit(body.key)
 
         def work(progress: Progress) -> Volume:
             return work_out(body.mesh, shown.nodes, model.steps, progress)
 
-        def done(volume: Volume) -> None:
-            if self._shown.get(body.key) is shown and shown.expected is state:
-                shown.volume = volume
-                document.volume_changed.emit(body.key)
+        def failed(error: Exception) -> None:
+            end(None)
+            document.failed(f"The cells of {body.name} cannot be checked")(error)
 
-        failed = document.failed(f"The cells of {body.name} cannot be checked")
-        document.runner.start(f"Deforming {body.name}", work, done, failed, f"volume {body.key}")
+        document.runner.start(
+            f"Deforming {body.name}",
+            work,
+            end,
+            failed,
+            f"volume {body.key}",
+            lambda: end(None, outdated=True),
+        )

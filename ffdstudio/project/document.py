@@ -275,6 +275,14 @@ class Document:
         """All nodes of a body as deformed, inverted cells counted; None until known."""
         return self._displays[key].volume
 
+    def checking(self, key: str) -> bool:
+        """Whether `volume(key)` is being worked out."""
+        return self._displays[key].checking
+
+    def check(self) -> None:
+        """Have the volumes worked out that nobody works on: the user has cancelled that."""
+        self._displays.start_work()
+
     # ---- files --------------------------------------------------------------------------
 
     def open_mesh(self, path: PathLike) -> None:

@@ -27,8 +27,12 @@ class Runner(Protocol):
         done: Callable[[Any], None],
         failed: Callable[[Exception], None] | None = None,
         key: str = "",
+        cancelled: Callable[[], None] | None = None,
     ) -> Any:
-        """Run `work(progress)`, then `done(result)` or `failed(error)`."""
+        """Run `work(progress)`, then `done(result)`, `failed(error)`, or `cancelled()`.
+
+        The last one is called if the user has cancelled it, not if it went out of date.
+        """
 
 
 class RunNow:
@@ -41,6 +45,7 @@ class RunNow:
         done: Callable[[Any], None],
         failed: Callable[[Exception], None] | None = None,
         key: str = "",
+        cancelled: Callable[[], None] | None = None,
     ) -> None:
         """See `Runner`."""
         try:

@@ -28,7 +28,9 @@ class Shown:
     expected : list of (Lattice, Lattice)
         The states of the lattices that `volume` is about, or will be.
     outdated : bool
-        Whether `volume` has to be worked out and nobody does that yet.
+        Whether `volume` has to be worked out and nobody does that yet, or any more.
+    checking : bool
+        Whether somebody does.
     """
 
     def __init__(self, mesh: Mesh, surface: Surface) -> None:
@@ -43,6 +45,7 @@ class Shown:
         self.volume: Volume | None = None
         self.expected: list[tuple[Lattice, Lattice]] | None = None
         self.outdated = True
+        self.checking = False
 
     @property
     def followers(self) -> list[Follower]:

@@ -48,6 +48,17 @@ def test_progress_is_reported_and_a_cancel_ends_the_work_at_the_next_report(jobs
     assert came == []
 
 
+def test_who_wants_to_know_is_told_of_a_cancel_by_the_user_only(jobs, qtbot):
+    go, came = threading.Event(), []
+    wait = lambda p: go.wait(10)  # noqa: E731
+    jobs.start("old", wait, came.append, key="x", cancelled=lambda: came.append("old"))
+    new = jobs.start("new", wait, came.append, key="x", cancelled=lambda: came.append("new"))
+    new.cancel()
+    go.set()
+    qtbot.waitUntil(lambda: not jobs.running)
+    assert came == ["new"]
+
+
 def test_work_with_the_same_key_makes_the_former_one_out_of_date(jobs, qtbot):
     go, came = threading.Event(), []
     jobs.start("old", lambda p: go.wait(10), lambda r: came.append("old"), key="x")

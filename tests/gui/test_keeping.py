@@ -4,14 +4,18 @@ from __future__ import annotations
 
 import subprocess
 import sys
+import threading
 
 import pytest
 
 pytest.importorskip("PySide6")
 
-from PySide6.QtCore import QPoint, Qt
+from PySide6.QtCore import QPoint, Qt, QTimer
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QProgressDialog, QPushButton
 
 from ffdstudio.gui.settings import Settings
+from ffdstudio.project import displays
 from ffdstudio.project.commands import Rename
 
 pytestmark = pytest.mark.display
@@ -143,6 +147,65 @@ def test_a_changed_mesh_is_reported_before_it_is_used(ready, cube, tmp_path):
     ready.open(project)
     assert "changed" in ready.script.asked[0].text
     assert len(ready.window.document.model.bodies) == 1
+
+
+# ---- work that is cancelled ------------------------------------------------------------------
+
+
+@pytest.fixture
+def slow(monkeypatch):
+    """Checking cells takes until it is cancelled, or until the event is set."""
+    real, go = displays.work_out, threading.Event()
+
+    def work_out(mesh, nodes, steps, progress):
+        while not go.wait(0.01):
+            progress(0.5, "")
+        return real(mesh, nodes, steps, progress)
+
+    monkeypatch.setattr(displays, "work_out", work_out)
+    yield go
+    go.set()
+
+
+def nudge(user):
+    edit = user.window.document.edit([(1, 1, 1)])
+    edit.translate([0.02, 0, 0])
+    edit.commit()
+
+
+def test_a_check_that_was_cancelled_is_said_and_made_up_for_by_the_next_edit(ready, slow):
+    nudge(ready)
+    assert "checking cells" in ready.window.status.cells.text()
+    ready.qtbot.waitUntil(ready.window.status.cancel.isVisible)
+    QTest.mouseClick(ready.window.status.cancel, Qt.MouseButton.LeftButton)
+    ready.idle()
+    assert "cells not checked" in ready.window.status.cells.text()
+    slow.set()
+    nudge(ready)
+    ready.idle()
+    assert "no inverted cells" in ready.window.status.cells.text()
+
+
+def test_an_export_waits_for_the_check_which_can_be_cancelled_and_asks_then(ready, slow, tmp_path):
+    nudge(ready)
+
+    def cancel():
+        dialogs = [d for d in ready.window.findChildren(QProgressDialog) if d.isVisible()]
+        if dialogs:
+            QTest.mouseClick(dialogs[0].findChild(QPushButton), Qt.MouseButton.LeftButton)
+        else:
+            QTimer.singleShot(50, cancel)
+
+    QTimer.singleShot(50, cancel)
+    ready.script.answers = ["cancel"]
+    ready.trigger("file.export_mesh")  # no file is asked for: there is none in the script
+    assert ready.script.asked[-1].title == "Cells not checked"
+    ready.idle()
+    slow.set()
+    ready.script.targets = [tmp_path / "checked.su2"]
+    ready.trigger("file.export_mesh")
+    ready.idle()
+    assert (tmp_path / "checked.su2").exists()
 
 
 # ---- errors -------------------------------------------------------------------------------

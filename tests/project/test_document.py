@@ -329,15 +329,22 @@ class Later:
     def __init__(self) -> None:
         self.waiting: list = []
 
-    def start(self, label, work, done, failed=None, key=""):  # type: ignore[no-untyped-def]
+    def start(self, label, work, done, failed=None, key="", cancelled=None):  # type: ignore[no-untyped-def]
         if key:
             self.waiting = [job for job in self.waiting if job[2] != key]
-        self.waiting.append((work, done, key))
+        self.waiting.append((work, done, key, cancelled))
 
     def run(self) -> None:
         while self.waiting:
-            work, done, _ = self.waiting.pop(0)
+            work, done, _, _ = self.waiting.pop(0)
             done(work(no_progress))
+
+    def cancel(self) -> None:
+        """As the user does: whoever wants to know is told."""
+        waiting, self.waiting = self.waiting, []
+        for _, _, _, cancelled in waiting:
+            if cancelled is not None:
+                cancelled()
 
 
 def test_embeddings_that_arrive_during_a_drag_are_taken(cube: Path) -> None:
@@ -358,6 +365,26 @@ def test_embeddings_that_arrive_during_a_drag_are_taken(cube: Path) -> None:
     assert document.volume("body1") is None
     runner.run()
     assert document.volume("body1") is not None
+
+
+def test_a_check_that_was_cancelled_is_due_again(cube: Path) -> None:
+    runner, told = Later(), []
+    document = Document(runner)
+    document.open_mesh(cube)
+    runner.run()
+    document.do(BOX)
+    document.volume_changed.connect(told.append)
+    assert document.checking("body1")
+    runner.cancel()
+    assert told == ["body1"]
+    assert not document.checking("body1")
+    assert document.volume("body1") is None
+    document.check()
+    assert document.checking("body1")
+    runner.run()
+    assert document.volume("body1") is not None
+    document.check()
+    assert runner.waiting == []
 
 
 def test_work_for_a_body_that_is_gone_is_dropped(cube: Path) -> None:

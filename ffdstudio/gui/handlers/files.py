@@ -10,6 +10,7 @@ from PySide6.QtWidgets import QMenu
 
 from ffdstudio.exchange.morphed import has_boxes
 from ffdstudio.gui.dialogs.ask import Question
+from ffdstudio.gui.dialogs.waiting import wait_for
 from ffdstudio.gui.jobs import Job
 from ffdstudio.gui.start import examples
 from ffdstudio.gui.studio import Studio
@@ -156,8 +157,16 @@ class FileHandler:
     def _confirmed(self, body: Body) -> bool:
         """Ask before anything is written that a solver will not take, and for FFD boxes."""
         if self._document.volume(body.key) is None:
-            self._studio.jobs.finish()
+            self._document.check()
+            wait_for(
+                self._studio.jobs,
+                lambda job: job.key == f"volume {body.key}",
+                f"Checking the cells of {body.name} …",
+                self._studio.asker.parent,
+            )
         volume = self._document.volume(body.key)
+        if volume is None and self._studio.asker.choose(_unchecked(body)) != "export":
+            return False
         if volume is not None and volume.inverted and not self._takes_inverted(body, volume):
             return False
         if volume is not None and volume.broken and not self._takes_broken(body, volume):
@@ -273,6 +282,15 @@ class FileHandler:
             return self._document.path.with_suffix(suffix)
         bodies = self._document.model.bodies
         return self._folder() / ((bodies[0].name if bodies else "project") + suffix)
+
+
+def _unchecked(body: Body) -> Question:
+    return Question(
+        "Cells not checked",
+        f"It is not known whether cells of {body.name} are inside out.",
+        "A solver refuses a mesh with such cells. Export again to check them first.",
+        (("export", "&Export unchecked"), ("cancel", "&Do not export")),
+    )
 
 
 def _writes(job: Job) -> bool:
