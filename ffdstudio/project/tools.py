@@ -303,9 +303,7 @@ class Tools:
         return True
 
 
-def _axis_like(
-    event: PointerEvent, point: Array, arrow: tuple[int, int], but: int | None
-) -> Array:
+def _axis_like(event: PointerEvent, point: Array, arrow: tuple[int, int], but: int | None) -> Array:
     """Coordinate axis but one, with its sign, that points most in the direction of an arrow."""
     size = event.camera.pixel_size(point)
     ends = event.camera.project(np.vstack([point, point + size * np.eye(3)]))

@@ -114,8 +114,9 @@ def test_a_refused_name_is_asked_for_again_and_letters_stay_in_the_tree(ready):
     ready.qtbot.waitUntil(lambda: bool(ready.script.told))
     assert ready.script.told[0].title == "“Rename cube to” did not work"
     ready.qtbot.waitUntil(
-        lambda: isinstance(window.focusWidget(), QLineEdit)
-        and tree.isAncestorOf(window.focusWidget())
+        lambda: (
+            isinstance(window.focusWidget(), QLineEdit) and tree.isAncestorOf(window.focusWidget())
+        )
     )
     editor = window.focusWidget()
     assert editor.text() == "cube"
@@ -333,6 +334,18 @@ def test_positions_displacements_and_weights_can_be_typed_for_many(ready):
     type_into(points.weight, "2.5")
     assert (ready.lattice.current.weights[[1, 2], 1, 1] == 2.5).all()
     assert labels(ready)[2:] == ["Move 2 points"] * 3 + ["Weight of 2 points"]
+
+
+def test_points_that_were_moved_alike_have_one_displacement(ready):
+    ready.window.document.select([(1, 1, 1), (2, 2, 2), (1, 2, 1)])
+    points = ready.window.points
+    for _ in range(3):
+        type_into(points.by.edits[0], "0.1")
+    item = ready.lattice
+    moved = (item.current.control_points - item.rest.control_points)[..., 0]
+    assert moved[1, 1, 1] != moved[2, 2, 2]  # the last digits are not the same
+    assert points.displacement.values[0] == pytest.approx(0.3)
+    assert points.position.edits[0].placeholderText() == "mixed"
 
 
 @pytest.mark.parametrize(

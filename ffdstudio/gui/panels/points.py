@@ -30,6 +30,7 @@ from ffdstudio.project.flatness import normal_axis, plane_of
 from ffdstudio.project.model import Index, LatticeItem
 
 Array = NDArray[np.float64]
+SAME = 1e-9  # of the lattice's diagonal: points that were moved alike differ in the last digits
 TENTHS = 100  # steps of the weight's slider from 1 to 10, and from 1 to 0.1
 
 
@@ -124,8 +125,9 @@ class PointsPanel(QWidget):
         where = tuple(np.array(points).T)
         positions, rest = item.current.control_points[where], item.rest.control_points[where]
         self._title(points, item)
-        self.position.put(_common(positions))
-        self.displacement.put(_common(positions - rest))
+        close = SAME * item.rest.diagonal
+        self.position.put(_common(positions, close))
+        self.displacement.put(_common(positions - rest, close))
         self.by.put([0.0, 0.0, 0.0])
         weight = _common(item.current.weights[where][:, None])[0]
         self.weight.put(weight, "mixed")
@@ -193,9 +195,9 @@ class PointsPanel(QWidget):
             edit.commit()
 
 
-def _common(values: Array) -> list[float | None]:
-    """Value of each column, None where it differs."""
-    same = (values == values[0]).all(axis=0)
+def _common(values: Array, close: float = 0.0) -> list[float | None]:
+    """Value of each column, None where it differs by more than what rounding does."""
+    same = np.ptp(values, axis=0) <= close
     return [float(v) if s else None for v, s in zip(values[0], same, strict=True)]
 
 
