@@ -72,6 +72,9 @@ class Document:
         Other parts of the project file (studies, ...), kept as they are.
     ask : callable or None
         Called with a `ProjectFile` whose meshes are missing or changed; see `filing`.
+    may_replace : callable or None
+        Called when a project has been read, if something was done in the meantime: whether it
+        may go.
 
     Notes
     -----
@@ -116,6 +119,7 @@ class Document:
         self.path: Path | None = None
         self.sections: dict[str, Any] = {}
         self.ask: Callable[[ProjectFile], ProjectFile | None] | None = None
+        self.may_replace: Callable[[], bool] | None = None
         self.turns = Turns()
         self._packs = False
         self._saved = self.model

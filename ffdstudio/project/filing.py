@@ -5,6 +5,8 @@
 2. A worker sees values only: the model when the work began, paths, records.
 3. Meshes of a project that are missing or have changed are shown to `document.ask`, which may
    point to other files (`BodyRecord.path`), drop bodies, or give up by returning None.
+4. A project takes a while to read, and may be edited until it is there: `document.may_replace`
+   is asked before what was done in the meantime goes.
 """
 
 from __future__ import annotations
@@ -122,6 +124,7 @@ def save(document: Document, path: PathLike, pack_meshes: bool) -> None:
 def open_project(document: Document, path: PathLike, recovered: Left | None = None) -> None:
     """Read a project, which replaces everything; what was `recovered` is not saved yet."""
     source, failed = Path(path), document.failed(f"{Path(path).name} cannot be opened")
+    known = document.settled_model
 
     def read(content: ProjectFile) -> None:
         chosen = _asked(document, content)
@@ -135,6 +138,10 @@ def open_project(document: Document, path: PathLike, recovered: Left | None = No
             model = _model(content, bodies)
         except InputError as error:
             failed(error)
+            return
+        changed = document.settled_model is not known
+        if changed and document.may_replace is not None and not document.may_replace():
+            document.told.emit(f"{source.name} was not opened")
             return
         for opened in bodies:
             document.meet(opened)

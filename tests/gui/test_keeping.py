@@ -15,7 +15,7 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QProgressDialog, QPushButton
 
 from ffdstudio.gui.settings import Settings
-from ffdstudio.project import displays
+from ffdstudio.project import displays, filing
 from ffdstudio.project.commands import Rename
 
 pytestmark = pytest.mark.display
@@ -147,6 +147,25 @@ def test_a_changed_mesh_is_reported_before_it_is_used(ready, cube, tmp_path):
     ready.open(project)
     assert "changed" in ready.script.asked[0].text
     assert len(ready.window.document.model.bodies) == 1
+
+
+def test_an_edit_while_a_project_is_read_is_not_lost_without_a_question(
+    ready, tmp_path, monkeypatch
+):
+    ready.script.targets = [tmp_path / "a.ffdproj"]
+    ready.trigger("file.save_as")
+    ready.idle()
+    real, go = filing._load, threading.Event()
+    monkeypatch.setattr(filing, "_load", lambda *args: go.wait(20) and real(*args))
+    ready.script.paths = [[tmp_path / "a.ffdproj"]]
+    ready.trigger("file.open")
+    ready.qtbot.waitUntil(lambda: any(j.key == "open" for j in ready.window.jobs.running))
+    nudge(ready)
+    ready.script.answers = ["cancel"]
+    go.set()
+    ready.idle()
+    assert ready.script.asked[-1].title == "Unsaved changes"
+    assert ready.lattice.deformed
 
 
 # ---- work that is cancelled ------------------------------------------------------------------

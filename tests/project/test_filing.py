@@ -263,6 +263,26 @@ def test_an_older_save_never_replaces_a_newer_one(cube: Path, tmp_path: Path) ->
     assert not document.modified
 
 
+@pytest.mark.parametrize("edited", [False, True])
+@pytest.mark.parametrize("may", [False, True])
+def test_what_was_done_while_a_project_was_read_is_asked_about(
+    cube: Path, tmp_path: Path, edited: bool, may: bool
+) -> None:
+    document, asked = opened(cube, BOX), []
+    document.save(tmp_path / "a.ffdproj")
+    document.may_replace = lambda: asked.append(True) or may  # type: ignore[func-returns-value]
+    runner = document.runner = Threads()
+    document.open(tmp_path / "a.ffdproj")
+    runner.run()  # its meshes are read next
+    if edited:
+        document.do(c.Rename("body1", "block"))
+    edits = document.settled_model
+    while runner.jobs:
+        runner.run()
+    assert bool(asked) is edited
+    assert (document.settled_model is edits) is (edited and not may)
+
+
 def test_a_new_project_is_empty_and_not_modified(cube: Path) -> None:
     document = opened(cube, BOX)
     document.clear()

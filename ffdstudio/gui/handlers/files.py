@@ -59,6 +59,7 @@ class FileHandler:
         self.chosen_body: Callable[[], Body | None] = lambda: None
         self.show_inverted: Callable[[str], None] = lambda key: None
         self.may_stop: Callable[[], bool] = lambda: True  # asks if a study is under way
+        studio.document.may_replace = self.may_discard
 
     @property
     def _document(self) -> Document:
