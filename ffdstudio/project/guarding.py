@@ -203,7 +203,11 @@ class Warden:
             done(())
             document.told.emit(f"No guard: {error}")
 
-        document.runner.start("Setting up the guard", work, done, failed, "guard")
+        def cancelled() -> None:
+            if self._watched is wanted:  # the next drag of these points asks for it again
+                self._watched = None
+
+        document.runner.start("Setting up the guard", work, done, failed, "guard", cancelled)
 
     def _on_changed(self, _key: str = "") -> None:
         """Make the guard of the selected points once the mesh has settled."""

@@ -28,11 +28,16 @@ class Later:
         self.waiting: list = []
 
     def start(self, label, work, done, failed=None, key="", cancelled=None):  # type: ignore[no-untyped-def]
-        self.waiting.append((work, done))
+        self.waiting.append((work, done, cancelled))
+
+    def cancel(self) -> None:
+        waiting, self.waiting = self.waiting, []
+        for _, _, cancelled in waiting:
+            cancelled()
 
     def catch_up(self) -> None:
         while self.waiting:
-            work, done = self.waiting.pop(0)
+            work, done, _ = self.waiting.pop(0)
             done(work(lambda fraction, text="": None))
 
 
@@ -50,6 +55,16 @@ def dragged(document: Document, vector: np.ndarray) -> int:
 @pytest.fixture
 def cube(tmp_path: Path) -> Document:
     return opened(write_cube(tmp_path / "cube.su2"), BOX)
+
+
+def test_a_guard_that_was_cancelled_is_made_for_the_next_drag(cube: Document) -> None:
+    warden, runner = Warden(cube, "stop"), Later()
+    cube.runner = runner
+    assert warden.judge([POINT], FAR).state == "waiting"
+    runner.cancel()
+    assert warden.judge([POINT], FAR).state == "waiting"
+    runner.catch_up()
+    assert warden.judge([POINT], FAR).state == "ready"
 
 
 def test_a_stopped_drag_inverts_nothing_and_a_little_more_does(cube: Document) -> None:
