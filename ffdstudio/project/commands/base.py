@@ -20,7 +20,8 @@ Points = tuple[Numbers, ...]
 class Command:
     """Base of all commands; `verb` is its word in the journal.
 
-    `looks_only` says that no point moves by it: it hides, shows, colours or names.
+    `looks_only` says that no point moves by it: it hides, shows, colours, names, or chooses how a
+    file is written.
     """
 
     verb: ClassVar[str]

@@ -232,6 +232,7 @@ class TreatBoxes(Command):
     """Choose what becomes of FFD boxes in a body's file on export: update, strip or keep."""
 
     verb: ClassVar[str] = "treat boxes"
+    looks_only = True
     item: str
     boxes: str
 
