@@ -260,4 +260,4 @@ class Checks:
                 self.changed.emit(key)
 
         label = f"Measuring {body.name}"
-        document.runner.start(label, work, done, failed, f"quality {key}", cancelled)
+        document.runner.start(label, work, done, failed, f"quality {key}", cancelled=cancelled)

@@ -121,5 +121,5 @@ class Displays:
             end,
             failed,
             f"volume {body.key}",
-            lambda: end(None, outdated=True),
+            cancelled=lambda: end(None, outdated=True),
         )

@@ -207,7 +207,8 @@ class Warden:
             if self._watched is wanted:  # the next drag of these points asks for it again
                 self._watched = None
 
-        document.runner.start("Setting up the guard", work, done, failed, "guard", cancelled)
+        label = "Setting up the guard"
+        document.runner.start(label, work, done, failed, "guard", cancelled=cancelled)
 
     def _on_changed(self, _key: str = "") -> None:
         """Make the guard of the selected points once the mesh has settled."""
