@@ -250,6 +250,7 @@ class MainWindow(QMainWindow):
             (document.history_changed, self._on_history),
             (document.volume_changed, self._on_volume),
             (document.problem, self._on_problem),
+            (document.filed, self.files.remember),
             (state.shown_changed, self._on_marks),
             (state.mode_changed, self._on_mode),
         )

@@ -84,6 +84,7 @@ class Document:
     - ``volume_changed(key)``: `volume(key)` is known now, or is no longer.
     - ``problem(title, cause)``: something that was asked for did not work.
     - ``told(text)``: something that was asked for is done; for the status line.
+    - ``filed(path)``: a mesh, lattice or project was read, or a project written.
 
     Examples
     --------
@@ -105,6 +106,7 @@ class Document:
     volume_changed = Signal(str)
     problem = Signal(str, str)
     told = Signal(str)
+    filed = Signal(Path)
 
     def __init__(self, runner: Runner | None = None) -> None:
         self.runner: Runner = RunNow() if runner is None else runner

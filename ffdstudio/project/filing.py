@@ -37,6 +37,7 @@ def open_mesh(document: Document, path: PathLike) -> None:
     def done(opened: Opened) -> None:
         document.meet(opened)
         document.do(opened.command)
+        document.filed.emit(Path(path))
 
     name = Path(path).name
     failed = document.failed(f"{name} cannot be opened")
@@ -70,6 +71,7 @@ def import_lattice(document: Document, path: PathLike, block: str | None = None)
         except InputError as error:  # more frozen layers than there are
             failed(error)
             return
+        document.filed.emit(Path(path))
         if not found.exactness.exact:
             document.problem.emit(f"{Path(path).name} was read", str(found.exactness))
 
@@ -102,6 +104,7 @@ def save(document: Document, path: PathLike, pack_meshes: bool) -> None:
             return
         document.path = target
         document.saved(model)
+        document.filed.emit(target)
         document.told.emit(f"{target} saved")
 
     failed = document.failed(f"{target.name} cannot be saved")
@@ -134,6 +137,8 @@ def open_project(document: Document, path: PathLike, recovered: Left | None = No
             document.meet(opened)
         target = source if recovered is None else recovered.project
         document.replace(model, content.sections, target, saved=recovered is None)
+        if recovered is None:
+            document.filed.emit(source)
         for problem in problems:
             document.problem.emit("A mesh of the project could not be opened", problem)
 

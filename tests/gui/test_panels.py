@@ -72,6 +72,14 @@ def test_a_broken_file_is_told_with_its_cause_and_changes_nothing(user, tmp_path
     assert "NPOIN" in told.cause
     assert user.window.document.model.bodies == ()
     assert user.window.problems.count() == 1
+    assert path not in user.window.studio.settings.recent()
+
+
+def test_a_project_just_saved_is_the_newest_of_the_recent_files(ready, cube, tmp_path):
+    ready.script.targets = [tmp_path / "new.ffdproj"]
+    ready.trigger("file.save_as")
+    ready.idle()
+    assert ready.window.studio.settings.recent()[:2] == [tmp_path / "new.ffdproj", cube]
 
 
 # ---- the tree ---------------------------------------------------------------------------

@@ -90,8 +90,11 @@ class FileHandler:
         else:
             self._document.open_mesh(path)
         self._studio.settings.put("folder", str(path.parent))
-        self._studio.settings.remember(path)
         self._studio.said.emit(f"Opening {path.name} …")
+
+    def remember(self, path: Path) -> None:
+        """Put a file among the recent ones: it was opened, or a project saved."""
+        self._studio.settings.remember(path)
 
     def fill_recent(self, menu: QMenu) -> None:
         """List recent files in a menu."""
