@@ -12,6 +12,8 @@ from PySide6.QtGui import QDropEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QAbstractButton, QAbstractSpinBox, QComboBox, QLineEdit
 
+from ffdstudio.project import commands as c
+
 pytestmark = pytest.mark.display
 LEFT = Qt.MouseButton.LeftButton
 
@@ -97,6 +99,30 @@ def test_the_tree_hides_bodies_and_markers_by_commands(ready):
     ready.trigger("view.show_all")
     assert document.model.bodies[0].visible
     assert not document.model.bodies[0].hidden_markers
+
+
+def test_a_marker_is_shown_alone_by_one_command_also_when_it_was_hidden(ready):
+    tree, document = ready.window.tree, ready.window.document
+    tree.topLevelItem(0).child(1).setCheckState(0, Qt.CheckState.Unchecked)
+    entries = len(labels(ready))
+    for _ in range(2):  # the second time there is nothing to do
+        tree.menu_of(tree.topLevelItem(0).child(1)).actions()[1].trigger()
+        assert document.model.bodies[0].hidden_markers == {"low"}
+        assert labels(ready)[entries:] == ["Show high alone"]
+    tree.topLevelItem(0).setCheckState(0, Qt.CheckState.Unchecked)
+    for _ in range(2):
+        ready.trigger("view.show_all")
+        assert labels(ready)[entries + 2 :] == ["Show all"]
+
+
+def test_the_keyboard_stays_on_the_row_of_a_marker(ready):
+    tree = ready.window.tree
+    tree.topLevelItem(0).setExpanded(True)
+    tree.setCurrentItem(tree.topLevelItem(0).child(1))
+    for hidden in ({"high"}, set()):
+        QTest.keyClick(tree, Qt.Key.Key_Space)
+        assert ready.window.document.model.bodies[0].hidden_markers == hidden
+        assert tree.currentItem() is tree.topLevelItem(0).child(1)
 
 
 def test_a_name_that_is_taken_is_refused_and_the_old_one_stays(ready):
@@ -187,8 +213,16 @@ def test_too_many_frozen_layers_are_refused_beside_the_field(ready):
     summary.frozen.setValue(1)
     assert ready.lattice.frozen == 1
     summary.frozen.setValue(2)
-    assert "At most 1" in summary.problem.text()
+    assert "At most 1 layer leaves" in summary.problem.text()
     assert summary.frozen.value() == 1
+
+
+def test_freezing_says_how_many_points_it_puts_back(ready):
+    document, summary = ready.window.document, ready.window.lattice.summary
+    document.do(c.MovePoints("lattice2", ((0, 0, 0), (1, 1, 1)), ((0, 0, -1), (0.3, 0.3, 0.4))))
+    summary.frozen.setValue(1)
+    assert summary.problem.text().startswith("1 point went back to rest")
+    assert labels(ready)[-1] == "Freeze 1 layer, reset 1 point"
 
 
 # ---- points by number -------------------------------------------------------------------

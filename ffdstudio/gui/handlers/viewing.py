@@ -69,19 +69,17 @@ class ViewHandler:
 
     def isolate(self) -> None:
         """Show the chosen body alone."""
-        body = self.chosen_body() or self._studio.document.model.bodies[0]
-        self._studio.do(c.Isolate(body.key))
+        bodies = self._studio.document.model.bodies
+        chosen = self.chosen_body() or bodies[0]
+        if any(body.visible != (body is chosen) for body in bodies):
+            self._studio.do(c.Isolate(chosen.key))
 
     def show_all(self) -> None:
         """Show all that is hidden."""
         model = self._studio.document.model
-        hidden = tuple(body.key for body in model.bodies if not body.visible)
-        hidden += tuple(item.key for item in model.lattices if not item.visible)
-        if hidden:
-            self._studio.do(c.Show(hidden))
-        for body in model.bodies:
-            if body.hidden_markers:
-                self._studio.do(c.ShowMarkers(body.key, tuple(sorted(body.hidden_markers))))
+        markers = any(body.hidden_markers for body in model.bodies)
+        if markers or not all(item.visible for item in model.items):
+            self._studio.do(c.ShowAll())
 
     def light(self) -> None:
         """Light theme."""

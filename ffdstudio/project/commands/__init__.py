@@ -31,6 +31,7 @@ from ffdstudio.project.commands.scene import (
     ShowMarkers,
 )
 from ffdstudio.project.commands.shapes import BlendShapes, RemoveShape, SaveShape
+from ffdstudio.project.commands.showing import IsolateMarker, ShowAll
 
 COMMANDS: dict[str, type[Command]] = {
     command.verb: command
@@ -45,6 +46,7 @@ COMMANDS: dict[str, type[Command]] = {
         FreezeLayers,
         InsertKnots,
         Isolate,
+        IsolateMarker,
         MovePoints,
         OpenMesh,
         Refit,
@@ -56,6 +58,7 @@ COMMANDS: dict[str, type[Command]] = {
         SaveShape,
         SetWeights,
         Show,
+        ShowAll,
         ShowMarkers,
         UseIterate,
     )
@@ -75,6 +78,7 @@ __all__ = [
     "FreezeLayers",
     "InsertKnots",
     "Isolate",
+    "IsolateMarker",
     "MovePoints",
     "OpenMesh",
     "Refit",
@@ -86,6 +90,7 @@ __all__ = [
     "SaveShape",
     "SetWeights",
     "Show",
+    "ShowAll",
     "ShowMarkers",
     "UseIterate",
 ]
