@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, ClassVar
 
 from psygnal import Signal
@@ -41,11 +41,20 @@ class Studio:
         """Carry out a command; if it cannot be, say why. Whether it was done."""
         return self.attempt("This", lambda: self.document.do(command))
 
-    def attempt(self, doing: str, action: Callable[[], object]) -> bool:
-        """Run something that may raise `InputError`, which becomes a dialog."""
+    def attempt(
+        self,
+        doing: str,
+        action: Callable[[], object],
+        again: Callable[[], object] | None = None,
+    ) -> bool:
+        """Run something that may raise `InputError`, which becomes a dialog.
+
+        Where it can be tried `again` with another file, the dialog offers that.
+        """
         try:
             action()
         except InputError as error:
-            self.asker.tell(problem_of(error, doing))
+            ways = () if again is None else (("Save &elsewhere…", again),)
+            self.asker.tell(replace(problem_of(error, doing), ways=ways))
             return False
         return True

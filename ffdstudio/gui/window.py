@@ -7,6 +7,7 @@ what changes comes from the document's signals to the views.
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -87,7 +88,7 @@ class MainWindow(QMainWindow):
         theme = themes.apply(application, name if name in themes.THEMES else "light")
         self.document = Document(self.jobs)
         self.studio = Studio(self.document, State(), self.jobs, settings, asker, theme)
-        self.net = Net(asker.tell, self)
+        self.net = Net(self._tell_unexpected, self)
         self.keeper = Keeper(self.studio, recovery)
         self._build_middle()
         self._build_panels()
@@ -284,12 +285,30 @@ class MainWindow(QMainWindow):
         self.setWindowTitle(f"{name}[*] - FFD Studio" if name else "FFD Studio[*]")
         self.setWindowModified(self.document.modified)
 
-    def _on_problem(self, title: str, cause: str) -> None:
-        problem = Problem(title, sentence(cause), "Nothing was changed.")
-        self.studio.asker.tell(problem)
+    def _on_problem(self, title: str, cause: str, doing: str) -> None:
+        """Say what did not work, and offer to try it with another file."""
+        files, text = self.files, "Nothing was changed."
+        ways: dict[str, tuple[str, Callable[[], object]]] = {
+            "open": ("&Open another…", files.open),
+            "save": ("Save &as…", files.save_as),
+            "export": ("Export &elsewhere…", files.export_mesh),
+            "export lattice": ("Export &elsewhere…", files.export_lattice),
+        }
+        if doing == "save":
+            text = "The project is still open, but not saved."
+        elif doing == "note":
+            text = ""
+        way = (ways[doing],) if doing in ways else ()
+        self.studio.asker.tell(Problem(title, sentence(cause), text, ways=way))
 
     def _on_failed(self, _job: Job, error: Exception) -> None:
-        self.studio.asker.tell(problem_of(error))
+        self._tell_unexpected(problem_of(error))
+
+    def _tell_unexpected(self, problem: Problem) -> None:
+        """Say what nobody foresaw, with a way to save the work first of all."""
+        save = ("Save &as…", self.files.save_as)
+        ways = (save,) if problem.details and self.document.modified else ()
+        self.studio.asker.tell(replace(problem, ways=ways))
 
     def _on_marks(self) -> None:
         shown = self.studio.state.shown

@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from ffdstudio.project.recovery import Left
 
 PathLike = str | os.PathLike[str]
+OPENING = "opening"  # the line of work that arrives in the order in which it was asked for
 
 
 def open_mesh(document: Document, path: PathLike) -> None:
@@ -40,8 +41,9 @@ def open_mesh(document: Document, path: PathLike) -> None:
         document.filed.emit(Path(path))
 
     name = Path(path).name
-    failed = document.failed(f"{name} cannot be opened")
-    document.runner.start(f"Opening {name}", lambda p: open_body(path, p), done, failed)
+    failed = document.failed(f"{name} cannot be opened", "open")
+    work = lambda p: open_body(path, p)  # noqa: E731
+    document.runner.start(f"Opening {name}", work, done, failed, line=OPENING)
 
 
 def export_mesh(document: Document, key: str, path: PathLike) -> None:
@@ -51,12 +53,12 @@ def export_mesh(document: Document, key: str, path: PathLike) -> None:
 
     def done(written: Written) -> None:
         for loss in written.losses:
-            document.problem.emit(f"{written.path.name} was written with losses", loss)
+            document.problem.emit(f"{written.path.name} was written with losses", loss, "note")
         document.told.emit(
             f"{written.path} written: {written.moved} of {written.nodes} nodes moved"
         )
 
-    failed = document.failed(f"{body.name} cannot be exported")
+    failed = document.failed(f"{body.name} cannot be exported", "export")
     work = lambda p: write_body(body, steps, path, p)  # noqa: E731
     document.runner.start(f"Exporting {body.name}", work, done, failed)
 
@@ -73,11 +75,11 @@ def import_lattice(document: Document, path: PathLike, block: str | None = None)
             return
         document.filed.emit(Path(path))
         if not found.exactness.exact:
-            document.problem.emit(f"{Path(path).name} was read", str(found.exactness))
+            document.problem.emit(f"{Path(path).name} was read", str(found.exactness), "note")
 
-    failed = document.failed(f"{Path(path).name} cannot be opened")
+    failed = document.failed(f"{Path(path).name} cannot be opened", "open")
     work = lambda p: read_lattice_file(path, block)  # noqa: E731
-    document.runner.start(f"Reading {Path(path).name}", work, done, failed)
+    document.runner.start(f"Reading {Path(path).name}", work, done, failed, line=OPENING)
 
 
 def export_lattice(document: Document, key: str, path: PathLike) -> None:
@@ -86,7 +88,7 @@ def export_lattice(document: Document, key: str, path: PathLike) -> None:
     try:
         exactness = write_lattice(path, item.rest, item.current, frozen=item.frozen)
     except InputError as error:
-        document.problem.emit(f"{item.name} cannot be exported", str(error))
+        document.problem.emit(f"{item.name} cannot be exported", str(error), "export lattice")
     else:
         document.told.emit(f"{os.fspath(path)} written: {exactness}")
 
@@ -107,7 +109,7 @@ def save(document: Document, path: PathLike, pack_meshes: bool) -> None:
         document.filed.emit(target)
         document.told.emit(f"{target} saved")
 
-    failed = document.failed(f"{target.name} cannot be saved")
+    failed = document.failed(f"{target.name} cannot be saved", "save")
 
     def work(progress: Progress) -> None:
         progress(0.0, f"writing {target.name}")
@@ -118,7 +120,8 @@ def save(document: Document, path: PathLike, pack_meshes: bool) -> None:
 
 def open_project(document: Document, path: PathLike, recovered: Left | None = None) -> None:
     """Read a project, which replaces everything; what was `recovered` is not saved yet."""
-    source, failed = Path(path), document.failed(f"{Path(path).name} cannot be opened")
+    source = Path(path)
+    failed = document.failed(f"{source.name} cannot be opened", "open")
 
     def read(content: ProjectFile) -> None:
         chosen = _asked(document, content)
@@ -140,7 +143,7 @@ def open_project(document: Document, path: PathLike, recovered: Left | None = No
         if recovered is None:
             document.filed.emit(source)
         for problem in problems:
-            document.problem.emit("A mesh of the project could not be opened", problem)
+            document.problem.emit("A mesh of the project could not be opened", problem, "note")
 
     work = lambda p: read_project(source)  # noqa: E731
     document.runner.start(f"Opening {source.name}", work, read, failed, key="open")
@@ -152,7 +155,7 @@ def _asked(document: Document, content: ProjectFile) -> ProjectFile | None:
     if document.ask is not None:
         return document.ask(content)
     for problem in content.problems:
-        document.problem.emit("A mesh of the project is not as it was", problem)
+        document.problem.emit("A mesh of the project is not as it was", problem, "note")
     return content
 
 

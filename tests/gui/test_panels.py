@@ -62,7 +62,7 @@ def test_dropped_files_are_opened(user, cube, square):
     drop = QDropEvent(QPointF(300, 300), copy, data, LEFT, none)
     user.window.dropEvent(drop)
     user.idle()
-    assert {b.name for b in user.window.document.model.bodies} == {"cube", "square"}
+    assert [b.name for b in user.window.document.model.bodies] == ["cube", "square"]
 
 
 def test_a_broken_file_is_told_with_its_cause_and_changes_nothing(user, tmp_path):
@@ -72,6 +72,7 @@ def test_a_broken_file_is_told_with_its_cause_and_changes_nothing(user, tmp_path
     (told,) = user.script.told
     assert "broken.su2" in told.title
     assert "NPOIN" in told.cause
+    assert [text for text, _ in told.ways] == ["&Open another…"]
     assert user.window.document.model.bodies == ()
     assert user.window.problems.count() == 1
     assert path not in user.window.studio.settings.recent()

@@ -237,7 +237,7 @@ class Threads:
     def __init__(self) -> None:
         self.jobs: list = []
 
-    def start(self, label, work, done, failed=None, key=""):  # type: ignore[no-untyped-def]
+    def start(self, label, work, done, failed=None, key="", line=""):  # type: ignore[no-untyped-def]
         box: list = []
         thread = threading.Thread(target=lambda: box.append(work(no_progress)))
         self.jobs.append((thread, box, done))

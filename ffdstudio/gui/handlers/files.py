@@ -189,7 +189,9 @@ class FileHandler:
         """Write what the viewport shows."""
         path = self._studio.asker.save_path("Export picture", PICTURE_FILTER, self._suggest(".png"))
         if path is not None:
-            done = self._studio.attempt("Export picture", lambda: self._picture(path))
+            done = self._studio.attempt(
+                "Export picture", lambda: self._picture(path), self.export_picture
+            )
             if done:
                 self._studio.say(f"{path} written")
 
@@ -199,7 +201,7 @@ class FileHandler:
         path = self._studio.asker.save_path("Export journal", JOURNAL_FILTER, target)
         if path is not None:
             save = lambda: self._document.journal.save(path)  # noqa: E731
-            if self._studio.attempt("Export journal", save):
+            if self._studio.attempt("Export journal", save, self.export_journal):
                 self._studio.say(f"{path} written: repeat it with  ffdstudio replay {path.name}")
 
     def quit(self) -> None:
