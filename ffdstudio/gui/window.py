@@ -36,7 +36,8 @@ from ffdstudio.gui.quality.part import QualityPart
 from ffdstudio.gui.readouts import Readouts
 from ffdstudio.gui.resources import program_icon
 from ffdstudio.gui.scene import Scene
-from ffdstudio.gui.sections import SectionBar, Sections
+from ffdstudio.gui.sectionbar import SectionBar
+from ffdstudio.gui.sections import Sections
 from ffdstudio.gui.settings import LAYOUT_VERSION, Settings
 from ffdstudio.gui.start import StartPage
 from ffdstudio.gui.state import State

@@ -377,6 +377,34 @@ def test_axis_views_look_along_the_axes(ready):
         assert (ready.window.viewport.view.back == -axis).all()
 
 
+def test_a_section_begins_at_the_wing_and_can_be_typed(user, root):
+    user.open(root / "sample_meshes" / "wing_air.su2")
+    user.trigger("view.section")
+    user.idle()
+    bar, state = user.window.section_bar, user.window.studio.state
+    assert state.shown.section.at == pytest.approx(1.25)  # half the span; the air goes on
+    assert bar.number.value == state.shown.section.at
+    type_into(bar.number, "0,25")
+    user.idle()
+    (cut,) = user.window.sections.actors.values()
+    assert np.ptp(cut.points.array[:, 1]) < 1e-6
+    assert state.shown.section.at == 0.25
+    bar.axis.setCurrentIndex(0)
+    bar.axis.activated.emit(0)
+    assert 0 < state.shown.section.at < 3
+    assert bar.letter.text().strip() == "x ="
+
+
+def test_a_side_view_keeps_what_is_looked_at_and_how_near(user, root):
+    user.open(root / "sample_meshes" / "wing_air.su2")
+    before = user.window.viewport.view
+    user.trigger("view.plus_y")
+    after = user.window.viewport.view
+    assert (after.back == [0, 1, 0]).all()
+    assert (after.focal == before.focal).all()
+    assert after.distance == before.distance
+
+
 def test_the_command_palette_finds_and_runs(ready):
     def choose(palette):
         QTest.keyClicks(palette.line, "degree in")

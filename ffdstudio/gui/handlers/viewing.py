@@ -13,7 +13,7 @@ from ffdstudio.gui.dialogs.palette import Palette
 from ffdstudio.gui.dialogs.sheet import ShortcutSheet
 from ffdstudio.gui.navigation import AXIS_VIEWS, looking
 from ffdstudio.gui.scene import Scene
-from ffdstudio.gui.state import Section
+from ffdstudio.gui.sections import middle
 from ffdstudio.gui.studio import Studio
 from ffdstudio.gui.table import ROWS
 from ffdstudio.project import commands as c
@@ -50,10 +50,9 @@ class ViewHandler:
         self._scene.viewport.fit(bounds)
 
     def side(self, name: str) -> None:
-        """Look from a side of `AXIS_VIEWS`."""
+        """Look at the same place from a side of `AXIS_VIEWS`, from as far away."""
         viewport = self._scene.viewport
         viewport.view = looking(*AXIS_VIEWS[name], viewport.view)
-        viewport.fit()
 
     def parallel(self, on: bool) -> None:
         """Parallel or perspective projection."""
@@ -65,7 +64,7 @@ class ViewHandler:
 
     def section(self, on: bool) -> None:
         """Cut volume meshes open."""
-        self._studio.state.show(section=Section() if on else None)
+        self._studio.state.show(section=middle(self._studio.document) if on else None)
 
     def isolate(self) -> None:
         """Show the chosen body alone."""
