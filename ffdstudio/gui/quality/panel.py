@@ -21,7 +21,7 @@ from ffdstudio.gui.panels.fields import note, say
 from ffdstudio.gui.quality.choice import COLOURS, Choice
 from ffdstudio.gui.quality.guardbox import GuardBox
 from ffdstudio.gui.quality.late import LateHistogram
-from ffdstudio.gui.quality.lists import LimitList, WorstList, spaced
+from ffdstudio.gui.quality.lists import LimitList, WorstList, put, spaced
 from ffdstudio.gui.studio import Studio
 from ffdstudio.gui.theme import Theme
 from ffdstudio.meshes.measures import LIMITS, MEASURES
@@ -29,6 +29,7 @@ from ffdstudio.project.checking import Checks, Digest, presets
 from ffdstudio.project.guarding import Warden
 
 if TYPE_CHECKING:
+    from ffdstudio.meshes import Mesh
     from ffdstudio.meshes.measures.report import Report
 
 
@@ -38,6 +39,7 @@ class QualityPanel(QStackedWidget):
     def __init__(self, studio: Studio, checks: Checks, choice: Choice, warden: Warden) -> None:
         super().__init__()
         self._studio, self._checks, self._choice = studio, checks, choice
+        self._mesh: Mesh | None = None  # the one that a picked cell is of
         self.empty = note()
         self.empty.setAlignment(Qt.AlignmentFlag.AlignTop)
         self.empty.setMargin(9)
@@ -141,6 +143,10 @@ class QualityPanel(QStackedWidget):
         self._form.setRowVisible(self.body, len(bodies) > 1)
         if self._choice.wanted.body not in {body.key for body in bodies}:
             self._choice.want(body=bodies[0].key if bodies else "")
+        mesh = next((b.mesh for b in bodies if b.key == self._choice.wanted.body), None)
+        if mesh is not self._mesh:  # keys begin anew with each project
+            self._mesh = mesh
+            self._choice.want(cell=-1)
         self.fill()
 
     def _on_key(self, _key: str) -> None:
@@ -192,11 +198,11 @@ class QualityPanel(QStackedWidget):
         text = f"{spaced(count)} of {cells} cells are inverted"
         text = text if count else f"None of {cells} cells is inverted"
         stale = "" if self._checks.current(self._choice.wanted.body) else " (measuring …)"
-        _put(self.inverted, text + stale, role)
+        put(self.inverted, text + stale, role)
         self.limits.fill(report, self._choice.wanted.preset, self._studio.theme)
         failed = [f"{name}: {spaced(n)}" for name, n in report.solver_tests.items() if n]
         text = "; ".join(failed) or "The solvers' own tests find nothing wrong."
-        _put(self.tests, text, "warning" if failed else "muted")
+        put(self.tests, text, "warning" if failed else "muted")
         tip = "\n".join(f"{name}: {n}" for name, n in report.solver_tests.items())
         self.tests.setToolTip(tip)
 
@@ -219,14 +225,3 @@ def _titled(title: str, widget: QWidget) -> QGroupBox:
     layout.setContentsMargins(0, 0, 0, 0)
     layout.addWidget(widget)
     return box
-
-
-def _put(label: object, text: str, role: str) -> None:
-    """Show a text in a note of another role."""
-    from PySide6.QtWidgets import QLabel
-
-    assert isinstance(label, QLabel)
-    label.setText(text)
-    label.setProperty("role", role)
-    label.style().unpolish(label)
-    label.style().polish(label)
