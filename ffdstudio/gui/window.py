@@ -12,12 +12,13 @@ from functools import partial
 from pathlib import Path
 
 from PySide6.QtCore import QByteArray, Qt
-from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDropEvent
+from PySide6.QtGui import QAction, QCloseEvent, QDragEnterEvent, QDropEvent
 from PySide6.QtWidgets import QApplication, QDockWidget, QMainWindow, QMenu, QStackedWidget, QWidget
 
 from ffdstudio.gui import theme as themes
 from ffdstudio.gui.actions import Actions, conditions
 from ffdstudio.gui.dialogs.ask import Asker
+from ffdstudio.gui.dialogs.palette import Offer
 from ffdstudio.gui.errors import Net, Problem, problem_of, sentence
 from ffdstudio.gui.handlers.editing import EditHandler, LatticeHandler, SelectHandler
 from ffdstudio.gui.handlers.files import FileHandler
@@ -172,15 +173,17 @@ class MainWindow(QMainWindow):
         panel_menu = self.actions_.menus["&View"].addMenu("Pa&nels")
         for dock in self.docks.values():
             panel_menu.addAction(dock.toggleViewAction())
+        self._panel_actions = [self._panel_action(*pair) for pair in self.docks.items()]
         self.files = FileHandler(studio, self._save_picture, self.close)
         self.view = ViewHandler(studio, self.scene, self._choose_theme, self._reset_layout)
-        edit, select = EditHandler(studio), SelectHandler(studio)
+        edit, select = EditHandler(studio, self.tools), SelectHandler(studio)
         lattice = LatticeHandler(studio, self.lattice, self._show_lattice_panel)
         lattice.load_paths = self.files.open
         self.tree.lattice_around = lattice.around
         self.files.may_stop = self.studies.may_close
         self.files.chosen_body = self.view.chosen_body = self.tree.chosen_body
         help_ = HelpHandler(studio, self.actions_)
+        help_.more = self._offers
         handlers = {
             "file": self.files,
             "edit": edit,
@@ -199,11 +202,34 @@ class MainWindow(QMainWindow):
     def _file_menus(self) -> None:
         """Recent files and examples, filled when they are opened."""
         menu, before = self.actions_.menus["&File"], self.actions_.by_name["file.new"]
-        recent, samples = QMenu("Open &recent", menu), QMenu("E&xamples", menu)
-        for submenu in (recent, samples):
+        self._recent, self._samples = QMenu("Open &recent", menu), QMenu("E&xamples", menu)
+        for submenu in (self._recent, self._samples):
             menu.insertMenu(before, submenu)
-        recent.aboutToShow.connect(lambda: self.files.fill_recent(recent))
-        samples.aboutToShow.connect(lambda: self.files.fill_examples(samples))
+        self._recent.aboutToShow.connect(lambda: self.files.fill_recent(self._recent))
+        self._samples.aboutToShow.connect(lambda: self.files.fill_examples(self._samples))
+
+    def _offers(self) -> list[Offer]:
+        """What the command palette offers beyond the table: files, examples, panels."""
+        self.files.fill_recent(self._recent)
+        self.files.fill_examples(self._samples)
+        found = [
+            Offer(f"File: {menu.title()}", action, action.statusTip())
+            for menu in (self._recent, self._samples)
+            for action in menu.actions()
+            if not action.isSeparator()
+        ]
+        return found + [Offer("View: Panels", a, a.statusTip()) for a in self._panel_actions]
+
+    def _panel_action(self, name: str, dock: QDockWidget) -> QAction:
+        """Action that brings a panel to the front, unlike Qt's own, which may also close it."""
+        action = QAction(name, self)
+        action.setStatusTip(f"Show the panel {name}")
+        action.triggered.connect(partial(self._show_dock, dock))
+        return action
+
+    def _show_dock(self, dock: QDockWidget, _on: bool = False) -> None:
+        dock.show()
+        dock.raise_()
 
     def _with_arguments(
         self, edit: EditHandler, select: SelectHandler, lattice: LatticeHandler

@@ -13,6 +13,8 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QAbstractButton, QAbstractSpinBox, QComboBox, QLineEdit
 
 from ffdstudio.project import commands as c
+from ffdstudio.project.spread import Mirror
+from ffdstudio.project.tools import Options
 
 pytestmark = pytest.mark.display
 LEFT = Qt.MouseButton.LeftButton
@@ -335,6 +337,42 @@ def test_typed_transformations_are_seen_at_once_and_kept_or_not(ready, accept):
     assert ready.window.document.editing is None
 
 
+def test_typed_transformations_take_along_what_is_opposite(ready):
+    ready.window.document.select([(1, 1, 1)])
+    ready.window.tools.options = Options(mirror=Mirror(1, 0.5))
+
+    def shift(dialog):
+        assert dialog.follow.text() == "Points opposite the plane y = 0.5 follow."
+        type_into(dialog.move_by.edits[1], "0.1")
+        return True
+
+    ready.script.dialogs = [shift]
+    ready.trigger("edit.transform")
+    moved = ready.lattice.current.control_points - ready.lattice.rest.control_points
+    assert moved[1, 1, 1] == pytest.approx([0, 0.1, 0])
+    assert moved[1, 2, 1] == pytest.approx([0, -0.1, 0])
+    assert np.count_nonzero(moved) == 2
+
+
+def test_the_points_panel_says_that_numbers_move_the_selected_points_only(ready):
+    points = ready.window.points
+    ready.window.document.select([(1, 1, 1)])
+    assert points.alone.isHidden()
+    ready.trigger("edit.mirror_y")
+    assert not points.alone.isHidden()
+    ready.trigger("edit.mirror_off")
+    assert points.alone.isHidden()
+
+
+def test_the_points_panel_follows_a_drag(ready):
+    start = ready.at((1, 2, 2))
+    ready.begin(start, start + QPoint(30, 30))
+    shown = ready.window.points.displacement
+    ready.qtbot.waitUntil(lambda: any(shown.values), timeout=5000)
+    QTest.keyClick(ready.window.viewport, Qt.Key.Key_Escape)
+    assert shown.values == [0, 0, 0]
+
+
 def test_soft_selection_and_symmetry_reach_the_tools(ready):
     ready.trigger("edit.soft")
     ready.trigger("edit.mirror_y")
@@ -415,6 +453,30 @@ def test_the_command_palette_finds_and_runs(ready):
     ready.script.dialogs = [choose]
     ready.trigger("help.palette")
     assert ready.lattice.rest.degrees == (3, 4, 3)
+
+
+@pytest.mark.parametrize(
+    ("typed", "label"),
+    [
+        ("ghost", "View: Undeformed shape"),
+        ("theme dark", "View: Theme: Dark"),
+        ("symmetry off", "Edit: Symmetry: Off"),
+        ("cube recent", "File: Open recent: cube.su2"),
+        ("wing in air", "File: Examples: Wing in air: Volume mesh around the wing"),
+        ("panels points", "View: Panels: Points"),
+        ("qqqq", None),
+    ],
+)
+def test_the_command_palette_searches_submenus_tips_files_and_panels(ready, typed, label):
+    def look(palette):
+        QTest.keyClicks(palette.line, typed)
+        first = palette.list.topLevelItem(0)
+        assert (first and first.text(0)) == label
+        assert palette.nothing.isHidden() is (label is not None)
+        return False
+
+    ready.script.dialogs = [look]
+    ready.trigger("help.palette")
 
 
 def test_themes_change_at_once_and_are_remembered(ready):

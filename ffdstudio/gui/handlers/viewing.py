@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from ffdstudio.gui.actions import Actions
-from ffdstudio.gui.dialogs.palette import Palette
+from ffdstudio.gui.dialogs.palette import Offer, Palette
 from ffdstudio.gui.dialogs.sheet import ShortcutSheet
 from ffdstudio.gui.navigation import AXIS_VIEWS, looking
 from ffdstudio.gui.scene import Scene
@@ -94,13 +94,17 @@ class HelpHandler:
 
     def __init__(self, studio: Studio, actions: Actions) -> None:
         self._studio, self._actions = studio, actions
+        self.more: Callable[[], Iterable[Offer]] = lambda: ()  # what the table does not hold
 
     def palette(self) -> None:
         """Ask for a command and carry it out."""
-        named = [(row.menu.replace("&", ""), self._actions.by_name[row.name]) for row in ROWS]
-        others = [pair for pair in named if pair[1].objectName() != "help.palette"]
+        offers = [
+            Offer(": ".join(filter(None, (row.menu, row.submenu))), action, row.tip)
+            for row in ROWS
+            if (action := self._actions.by_name[row.name]).objectName() != "help.palette"
+        ]
         assert self._studio.asker.parent is not None
-        dialog = Palette(others, self._studio.asker.parent)
+        dialog = Palette([*offers, *self.more()], self._studio.asker.parent)
         if self._studio.asker.run(dialog) and dialog.chosen is not None:
             dialog.chosen.trigger()
 
