@@ -190,6 +190,61 @@ def test_an_undeformed_lattice_is_fitted_anew_and_keeps_its_place_in_the_tree(re
     assert len(ready.window.document.model.lattices) == 1
 
 
+def test_the_number_of_a_new_knot_is_typed_at_once(ready):
+    def look(dialog):
+        dialog.show()
+        assert dialog.focusWidget() is dialog.place
+        QTest.keyClicks(dialog.place, "0.3")
+        return dialog.knot == 0.3
+
+    ready.script.dialogs = [look]
+    ready.trigger("lattice.insert_knot")
+    assert ready.lattice.rest.shape == (5, 4, 4)
+
+
+def test_the_lattice_that_is_being_built_has_its_letters(user, cube):
+    user.open(cube)
+    user.trigger("lattice.new")
+    user.painted()
+    letters = user.window.viewport.overlay.layers["labels"]
+    assert [shape.lines[0] for shape in letters] == ["i", "j", "k"]
+    user.window.lattice.builder.stop()
+    assert not user.window.viewport.overlay.layers["labels"]
+
+
+def test_names_keep_their_capitals_in_messages(user, cube):
+    user.open(cube)
+    user.trigger("lattice.new")
+    builder = user.window.lattice.builder
+    builder.counts[0].setValue(400)
+    for box in builder.counts[1:]:
+        box.setValue(60)
+    assert builder.notes["direction 0"].text().startswith("1,440,000 points")
+
+
+def test_an_empty_scene_says_what_to_do(user, cube):
+    hint = user.window.tree._hint
+    assert hint.isVisible()
+    assert "Ctrl+O" in hint.text()
+    user.open(cube)
+    assert not hint.isVisible()
+
+
+def test_a_mesh_is_not_written_over_its_own_source_unasked(ready, cube, tmp_path):
+    before = cube.read_bytes()
+    start = ready.at((1, 2, 2))
+    ready.drag(start, start + QPoint(30, 30))
+    ready.script.targets, ready.script.answers = [cube], ["cancel"]
+    ready.trigger("file.export_mesh")
+    ready.idle()
+    assert cube.read_bytes() == before
+    ready.script.targets = [cube, tmp_path / "other.su2"]
+    ready.script.answers = ["other"]
+    ready.trigger("file.export_mesh")
+    ready.idle()
+    assert cube.read_bytes() == before != (tmp_path / "other.su2").read_bytes()
+
+
 def test_refinement_keeps_what_is_displayed(ready):
     document, key = ready.window.document, ready.window.document.model.bodies[0].key
     start = ready.at((1, 2, 2))

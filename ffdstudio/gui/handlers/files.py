@@ -150,8 +150,26 @@ class FileHandler:
         suggestion = source.with_name(f"{source.stem}_deformed{source.suffix}")
         filters = f"As it came (*{source.suffix or ''});;" + open_filters().split(";;", 2)[2]
         path = self._studio.asker.save_path(f"Export {body.name}", filters, suggestion)
-        if path is not None:
+        if path is not None and self._may_replace(path):
             self._document.export_mesh(body.key, path)
+
+    def _may_replace(self, path: Path) -> bool:
+        """Ask before a mesh is written over one that the project was opened from."""
+        bodies = self._document.model.bodies
+        owner = next((body for body in bodies if _same_file(Path(body.path), path)), None)
+        if owner is None:
+            return True
+        question = Question(
+            "The undeformed mesh",
+            f"{path.name} is the file that {owner.name} was opened from.",
+            "The project deforms that mesh: once it is replaced, opening the project would "
+            "deform it a second time.",
+            (("other", "Choose &another name…"), ("replace", "&Replace it"), ("cancel", "Cancel")),
+        )
+        answer = self._studio.asker.choose(question)
+        if answer == "other":
+            self.export_mesh()
+        return answer == "replace"
 
     def _confirmed(self, body: Body) -> bool:
         """Ask before cells that are inside out are written."""
@@ -251,3 +269,10 @@ def is_lattice(name: str) -> bool:
     from ffdstudio.exchange.registry import is_lattice_file
 
     return is_lattice_file(name)
+
+
+def _same_file(one: Path, other: Path) -> bool:
+    try:
+        return one.samefile(other)
+    except OSError:  # one of them is not there
+        return False

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import Any
 
 from PySide6.QtCore import QPoint, QSize, Qt
-from PySide6.QtGui import QAction, QColor, QKeyEvent
+from PySide6.QtGui import QAction, QColor, QKeyEvent, QResizeEvent
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QColorDialog,
@@ -17,12 +17,14 @@ from PySide6.QtWidgets import (
 )
 
 from ffdstudio.gui.listening import Listening
+from ffdstudio.gui.panels.fields import note
 from ffdstudio.gui.resources import icon
 from ffdstudio.gui.studio import Studio
 from ffdstudio.gui.theme import Theme
 from ffdstudio.project import commands as c
 from ffdstudio.project.model import Body, LatticeItem
 
+EMPTY = "Nothing is open yet. Open a mesh (Ctrl+O), drop files into the window, or try an example."
 KEY, MARKER = Qt.ItemDataRole.UserRole, Qt.ItemDataRole.UserRole + 1
 Place = tuple[str, str | None]
 CHECKABLE = Qt.ItemFlag.ItemIsUserCheckable
@@ -53,6 +55,10 @@ class TreePanel(QTreeWidget):
         self.itemDoubleClicked.connect(self._on_double_click)
         self.itemExpanded.connect(lambda item: self._open.add(item.data(0, KEY)))
         self.itemCollapsed.connect(lambda item: self._open.discard(item.data(0, KEY)))
+        self._hint = note(EMPTY)
+        self._hint.setParent(self.viewport())
+        self._hint.setAlignment(Qt.AlignmentFlag.AlignTop)
+        self._hint.setMargin(9)
         self._listening = Listening((studio.document.structure_changed, self.fill))
         self.fill()
 
@@ -90,6 +96,11 @@ class TreePanel(QTreeWidget):
             self._build(wanted)
         self._dress()
         self._filling = False
+        self._hint.setVisible(not wanted)
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        self._hint.setGeometry(self.viewport().rect())
 
     def _wanted(self) -> list[Place]:
         """Key of each row, and marker of those below a body."""
