@@ -14,7 +14,7 @@ from PySide6.QtCore import QPoint, Qt
 from PySide6.QtWidgets import QPushButton
 
 from ffdstudio.gui.dialogs.problem import ProblemDialog
-from ffdstudio.gui.errors import problem_of
+from ffdstudio.gui.errors import Problem, problem_of
 from ffdstudio.gui.settings import Settings
 from ffdstudio.project.commands import Rename
 
@@ -62,6 +62,15 @@ def test_the_dialog_of_a_failed_save_offers_another_name(ready, tmp_path, qtbot)
     dialog.way()
     ready.idle()
     assert (tmp_path / "a.ffdproj").exists()
+
+
+@pytest.mark.parametrize("warning", [True, False])
+def test_a_report_is_unfolded_on_request_a_log_at_once(warning, qtbot):
+    dialog = ProblemDialog(Problem("Title", "Cause.", "", "line\n" * 50, warning))
+    qtbot.addWidget(dialog)
+    dialog.show()
+    assert dialog.report.isVisible() is not warning
+    assert dialog.focusWidget().text() == "Close"
 
 
 def test_what_a_view_raises_is_told_without_the_wrapping_of_the_signal(ready):

@@ -39,7 +39,9 @@ class ProblemDialog(QDialog):
         self.report.setVisible(bool(problem.details) and not problem.warning)  # a log, asked for
         self.report.moveCursor(QTextCursor.MoveOperation.End)
         layout.addWidget(self.report)
-        layout.addWidget(self._buttons())
+        box = self._buttons()
+        layout.addWidget(box)
+        box.button(QDialogButtonBox.StandardButton.Close).setFocus()  # Enter has read it
 
     def _message(self) -> QHBoxLayout:
         line = QHBoxLayout()
@@ -72,7 +74,6 @@ class ProblemDialog(QDialog):
             button.clicked.connect(lambda _=False, chosen=way: self._go(chosen))
         close = box.button(QDialogButtonBox.StandardButton.Close)
         close.setDefault(True)
-        close.setFocus()
         if self.problem.details:
             role = QDialogButtonBox.ButtonRole.ActionRole
             if self.problem.warning:

@@ -115,7 +115,8 @@ class TreePanel(QTreeWidget):
         for number in range(self.topLevelItemCount()):
             top = self.topLevelItem(number)
             assert top is not None
-            found += [top, *(top.child(k) for k in range(top.childCount()))]
+            found.append(top)
+            found += [child for k in range(top.childCount()) if (child := top.child(k))]
         return found
 
     def _build(self, places: list[Place]) -> None:

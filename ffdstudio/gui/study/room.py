@@ -139,7 +139,7 @@ class StudyRoom:
 
     def _share(self, fresh: bool) -> None:
         """Give the docks below the picture their shares of the width, at first a height too."""
-        window, below = self._window, []
+        window, below = self._window, list[QDockWidget]()
         for title in BELOW:
             dock, beside = self.docks[title], window.tabifiedDockWidgets(self.docks[title])
             if dock.isVisible() and not dock.isFloating() and not set(beside) & set(below):
