@@ -17,6 +17,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
 
+from psygnal import EmitLoopError
 from PySide6.QtCore import QObject, Qt, Signal, Slot
 
 from ffdstudio.errors import InputError
@@ -26,13 +27,17 @@ LOG = logging.getLogger("ffdstudio")
 
 @dataclass(frozen=True)
 class Problem:
-    """Something to tell: what happened, why, and what the user can do now."""
+    """Something to tell: what happened, why, and what the user can do now.
+
+    `ways` are buttons: what each says, and what it does once the dialog is closed.
+    """
 
     title: str
     cause: str
     way_out: str = ""
     details: str = ""
     warning: bool = True
+    ways: tuple[tuple[str, Callable[[], object]], ...] = ()
 
 
 def log_path() -> Path:
@@ -44,6 +49,8 @@ def log_path() -> Path:
 
 def problem_of(error: BaseException, doing: str = "") -> Problem:
     """Say in words what an exception means; `doing` is what was under way, such as "Open"."""
+    report = "".join(traceback.format_exception(error))
+    error = cause_of(error)
     if isinstance(error, InputError):
         title = f"{doing} did not work" if doing else "This does not work"
         return Problem(title, sentence(str(error)), "Nothing was changed.")
@@ -58,8 +65,15 @@ def problem_of(error: BaseException, doing: str = "") -> Problem:
         f"{type(error).__name__}: {error}" if str(error) else type(error).__name__,
         "The window stays open and your work is still there: save it under a new name. "
         f"The full report is in {log_path()}.",
-        "".join(traceback.format_exception(error)),
+        report,
     )
+
+
+def cause_of(error: BaseException) -> BaseException:
+    """Exception that a view raised, out of the wrapping of the signal that it listens to."""
+    while isinstance(error, EmitLoopError) and error.__cause__ is not None:
+        error = error.__cause__
+    return error
 
 
 def sentence(message: str) -> str:

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ffdstudio.project.display import Surface
+from ffdstudio.project.document import Document
 
 Array = NDArray[np.float64]
 SMALL = 0.25  # of the diagonal of the whole mesh: a marker that is smaller is a wall
@@ -46,3 +47,15 @@ def first_bounds(surface: Surface, points: Array, dimension: int) -> Array:
     low, high = chosen.min(axis=0), chosen.max(axis=0)
     room = ROOM[dimension] * float((high - low).max()) * np.array([1, 1, dimension - 2])
     return np.array([low - room / 2, high + room / 2])
+
+
+def interesting(document: Document) -> Array | None:
+    """(2, 3) box around what the user came for in all bodies; None if there is nothing."""
+    boxes = [
+        first_bounds(document.surface(body.key), document.points(body.key), body.mesh.dimension)
+        for body in document.model.bodies
+        if len(document.points(body.key))
+    ]
+    if not boxes:
+        return None
+    return np.array([np.min(boxes, axis=(0, 1)), np.max(boxes, axis=(0, 1))])

@@ -7,6 +7,8 @@
 3. The threads are Python's: PySide keeps many a `QRunnable` for ever, with all it refers to.
 4. Work that is out of date must not arrive: starting a job with the `key` of another
    cancels that one and drops what it would have delivered.
+5. Jobs of one `line` deliver in the order in which they were started: files arrive as they
+   were asked for. One that has ended keeps its result until those before it have ended.
 """
 
 from __future__ import annotations
@@ -62,12 +64,14 @@ class Job:
         failed: Callable[[Exception], None] | None,
         key: str,
         cancelled: Callable[[], None] | None,
+        line: str = "",
     ) -> None:
         self.label = label
         self.progress = progress
         self.done = done
         self.failed = failed
-        self.key = key
+        self.key, self.line = key, line
+        self.outcome: tuple[str, Any] | None = None
         self.cancelled = cancelled
         self.outdated = False
         self.fraction = 0.0
@@ -116,6 +120,7 @@ class Jobs(QObject):
         failed: Callable[[Exception], None] | None = None,
         key: str = "",
         cancelled: Callable[[], None] | None = None,
+        line: str = "",
     ) -> Job:
         """Run `work(progress)` in a worker; `done(result)` is called in the GUI thread."""
         for other in self._jobs:
@@ -123,7 +128,7 @@ class Jobs(QObject):
                 other.outdated = True
                 other.cancel()
         progress = Progress(lambda f, t: self._post(job, "progress", (f, t)))
-        job = Job(label, progress, done, failed, key, cancelled)
+        job = Job(label, progress, done, failed, key, cancelled, line)
         self._jobs.append(job)
         self._pool.submit(_run, job, work, self._post)
         self.changed.emit()
@@ -154,15 +159,30 @@ class Jobs(QObject):
     def _deliver(self, job: Job, kind: str, value: Any) -> None:
         if job not in self._jobs:
             return
+        if kind == "progress":
+            job.fraction, job.text = value
+            self.changed.emit()
+            return
+        job.outcome = kind, value
+        if not self._waits(job):
+            self._end(job, kind, value)
+
+    def _waits(self, job: Job) -> bool:
+        """Whether a job of the same line that was started before is still under way."""
+        before = self._jobs[: self._jobs.index(job)]
+        return bool(job.line) and any(other.line == job.line for other in before)
+
+    def _end(self, job: Job, kind: str, value: Any) -> None:
+        self._jobs.remove(job)
+        self.changed.emit()  # what is said of it goes before a callback shows a dialog
+        following = next((o for o in self._jobs if job.line and o.line == job.line), None)
+        if following is not None and following.outcome is not None:
+            self._posted.emit(following, *following.outcome)
         try:
-            if kind == "progress":
-                job.fraction, job.text = value
-            else:
-                self._jobs.remove(job)
-                if not job.progress.cancelled:
-                    self._finish(job, kind, value)
-                elif job.cancelled is not None and not job.outdated:
-                    job.cancelled()
+            if not job.progress.cancelled:
+                self._finish(job, kind, value)
+            elif job.cancelled is not None and not job.outdated:
+                job.cancelled()
         finally:
             self.changed.emit()  # `finish` waits for it, whatever a callback raises
 

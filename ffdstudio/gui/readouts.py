@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from ffdstudio.engine import Lattice
 from ffdstudio.gui.listening import Listening
 from ffdstudio.gui.overlay import Band, Line, Ring, Shape, Text
 from ffdstudio.gui.state import State
@@ -16,7 +17,7 @@ from ffdstudio.project.model import LatticeItem
 from ffdstudio.project.sliding import names_at, planes_in
 from ffdstudio.project.tools import Tools
 
-TRIAD = 34.0  # pixels
+TRIAD, CORNER = 34.0, 58.0  # pixels: its arms, and its place, with room for letters all around
 XYZ = ("axis_i", "axis_j", "axis_k")
 
 
@@ -32,6 +33,7 @@ class Readouts:
             (document.selection_changed, self._on_painted),
             (document.moved, self._on_moved),
             (document.structure_changed, self._on_moved),
+            (state.preview_changed, self._on_painted),
         )
         viewport.painted.connect(self._on_painted)
 
@@ -55,15 +57,17 @@ class Readouts:
         overlay.put("triad", self._triad(camera))
         item = self._item
         drawn = item is not None and item.visible and self._state.preview is None
-        labels = item is not None and drawn and self._state.shown.net
-        overlay.put("labels", self._labels(camera, item) if labels and item else ())
+        net = self._state.preview  # the one that is being built, else the one that is edited
+        if net is None and item is not None and drawn and self._state.shown.net:
+            net = item.current
+        overlay.put("labels", self._labels(camera, net) if net is not None else ())
         overlay.put("handle", self._handle(camera, item) if drawn and item else ())
         if self._tools.busy:
             self._on_feedback()
 
-    def _labels(self, camera: Camera, item: LatticeItem) -> Iterator[Shape]:
-        net = item.current.control_points
-        for axis in range(item.rest.dimension):
+    def _labels(self, camera: Camera, lattice: Lattice) -> Iterator[Shape]:
+        net = lattice.control_points
+        for axis in range(lattice.dimension):
             line = np.moveaxis(net, axis, 0).reshape(net.shape[axis], -1, 3)[:, 0]
             pixels = camera.project(line[-2:])
             if not np.isfinite(pixels).all():
@@ -88,7 +92,7 @@ class Readouts:
 
     def _triad(self, camera: Camera) -> Iterator[Shape]:
         view = self._viewport.view
-        origin = np.array([46.0, self._viewport.height() - 46.0])
+        origin = np.array([CORNER, self._viewport.height() - CORNER])
         ends = np.eye(3) @ np.array([view.right, -view.up]).T * TRIAD
         for axis in np.argsort(np.eye(3) @ view.back):  # those that point away come first
             end = origin + ends[axis]

@@ -19,7 +19,7 @@ from ffdstudio.engine.frozen import frozen_mask
 from ffdstudio.gui.actors.body import BodyActor
 from ffdstudio.gui.actors.lattice import LatticeActor
 from ffdstudio.gui.actors.vtk import Array
-from ffdstudio.gui.interest import first_bounds
+from ffdstudio.gui.interest import interesting
 from ffdstudio.gui.listening import Listening
 from ffdstudio.gui.navigation import AXIS_VIEWS, looking
 from ffdstudio.gui.panels.draft import inside_box
@@ -238,17 +238,6 @@ class Scene:
         points = np.concatenate(clouds)
         return np.array([points.min(axis=0), points.max(axis=0)])
 
-    def _first_bounds(self) -> Array:
-        document = self.document
-        boxes = [
-            first_bounds(document.surface(body.key), document.points(body.key), body.mesh.dimension)
-            for body in document.model.bodies
-            if len(document.points(body.key))
-        ]
-        if not boxes:
-            return self.bounds()
-        return np.array([np.min(boxes, axis=(0, 1)), np.max(boxes, axis=(0, 1))])
-
     def _frame(self) -> None:
         self.viewport.set_scene(self.bounds())
 
@@ -263,4 +252,5 @@ class Scene:
         view = replace(view, distance=1.0, parallel=parallel, flat=flat)
         viewport.set_scene(bounds)
         viewport.view = view
-        viewport.fit(self._first_bounds())
+        found = interesting(self.document)
+        viewport.fit(bounds if found is None else found)

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 from psygnal import Signal
-from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QComboBox, QLabel, QSlider, QToolBar
 from vtkmodules.vtkCommonDataModel import vtkPlane
 
 from ffdstudio.gui.actors.section import Cut, cut, show
 from ffdstudio.gui.actors.surface import SurfaceActor
+from ffdstudio.gui.interest import interesting
 from ffdstudio.gui.jobs import Progress
 from ffdstudio.gui.listening import Listening
 from ffdstudio.gui.navigation import Array
@@ -17,10 +16,9 @@ from ffdstudio.gui.scene import Scene
 from ffdstudio.gui.state import Section
 from ffdstudio.gui.studio import Studio
 from ffdstudio.gui.theme import Theme
+from ffdstudio.project.document import Document
 from ffdstudio.project.model import Body
 from ffdstudio.project.volume import countable
-
-STEPS = 200
 
 
 class Sections:
@@ -76,10 +74,8 @@ class Sections:
         self.actors.clear()
 
     def _plane(self, body: Body, section: Section) -> tuple[Array, Array]:
-        low, high = body.mesh.bounds
-        # not quite at the ends, where there is nothing to cut
-        origin = low + (high - low) * (0.002 + 0.996 * section.place)
-        return origin, np.eye(3)[section.axis]
+        normal = np.eye(3)[section.axis]
+        return body.mesh.bounds.mean(axis=0) * (1 - normal) + section.at * normal, normal
 
     def _clipping(self, origin: Array, normal: Array) -> vtkPlane:
         """Plane that keeps what lies behind it, seen from where the viewer is."""
@@ -124,44 +120,19 @@ def _solid(body: Body) -> bool:
     return body.mesh.dimension == 3 and countable(body.mesh)
 
 
-class SectionBar(QToolBar):
-    """Axis and place of the section; shown while there is one."""
+def reach(document: Document, axis: int) -> tuple[float, float]:
+    """Lowest and highest place on an axis where there is something to cut."""
+    ends = [body.mesh.bounds[:, axis] for body in document.model.bodies if _solid(body)]
+    if not ends:
+        return 0.0, 0.0
+    low, high = float(np.min(ends)), float(np.max(ends))
+    inset = 0.002 * (high - low)  # at the very ends a cut falls between the cells
+    return low + inset, high - inset
 
-    def __init__(self, studio: Studio) -> None:
-        super().__init__("Section")
-        self.setObjectName("section")
-        self._studio = studio
-        self.axis, self.place = QComboBox(), QSlider(Qt.Orientation.Horizontal)
-        self.axis.addItems(["across X", "across Y", "across Z"])
-        self.axis.setAccessibleName("Axis of the section")
-        self.place.setAccessibleName("Place of the section")
-        self.place.setRange(0, STEPS)
-        self.place.setFixedWidth(180)
-        for widget in (QLabel(" Section "), self.axis, self.place):
-            self.addWidget(widget)
-        self.axis.activated.connect(self._tell)
-        self.place.valueChanged.connect(self._tell)
-        self._listening = Listening((studio.state.shown_changed, self.fill))
-        self.fill()
 
-    def close_panel(self) -> None:
-        """Stop listening."""
-        self._listening.stop()
-
-    def paint_with(self, _theme: Theme) -> None:
-        """Nothing here has a colour of its own."""
-
-    def fill(self) -> None:
-        """Show the section that there is."""
-        section = self._studio.state.shown.section
-        self.setVisible(section is not None)
-        if section is not None:
-            self.place.blockSignals(True)
-            self.axis.setCurrentIndex(section.axis)
-            self.place.setValue(round(STEPS * section.place))
-            self.place.blockSignals(False)
-
-    def _tell(self) -> None:
-        section = Section(self.axis.currentIndex(), self.place.value() / STEPS)
-        if self._studio.state.shown.section is not None:
-            self._studio.state.show(section=section)
+def middle(document: Document, axis: int = 1) -> Section:
+    """Section through the middle of what is of interest, as against the far field."""
+    low, high = reach(document, axis)
+    box = interesting(document)
+    at = (low + high) / 2 if box is None else float(box[:, axis].mean())
+    return Section(axis, min(max(at, low), high))

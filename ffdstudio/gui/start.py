@@ -132,8 +132,9 @@ class StartPage(QScrollArea):
         row.addWidget(picture)
         texts = QVBoxLayout()
         texts.setSpacing(0)
-        texts.addWidget(Elided(name, ""))
-        texts.addWidget(Elided(text, "muted"))
+        for line in (Elided(name, ""), Elided(text, "muted")):
+            line.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
+            texts.addWidget(line)
         row.addLayout(texts, 1)
         tile.setMinimumHeight(row.sizeHint().height())
         self.tiles.append(tile)
@@ -141,19 +142,24 @@ class StartPage(QScrollArea):
 
 
 class Elided(QLabel):
-    """One line that is cut in the middle where it is too long."""
+    """One line that is cut where it is too long: in the middle, or at its end."""
 
-    def __init__(self, text: str, role: str) -> None:
+    def __init__(
+        self, text: str, role: str, mode: Qt.TextElideMode = Qt.TextElideMode.ElideMiddle
+    ) -> None:
         super().__init__(text)
-        self._text = text
+        self._text, self._mode = text, mode
         self.setProperty("role", role)
         self.setTextFormat(Qt.TextFormat.PlainText)
         self.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
-        self.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
+
+    def put(self, text: str) -> None:
+        """Show another text."""
+        self._text = text
+        self.setText(self.fontMetrics().elidedText(text, self._mode, self.width()))
 
     def resizeEvent(self, _event: object) -> None:
-        mode = Qt.TextElideMode.ElideMiddle
-        self.setText(self.fontMetrics().elidedText(self._text, mode, self.width()))
+        self.put(self._text)
 
 
 def _short(path: Path) -> str:

@@ -16,10 +16,10 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Section:
-    """Plane through the volume: its normal as an axis (0, 1, 2) and its place in [0, 1]."""
+    """Plane through the volume: its normal as an axis (0, 1, 2), and where it meets that axis."""
 
     axis: int = 1
-    place: float = 0.5
+    at: float = 0.0
 
 
 @dataclass(frozen=True)

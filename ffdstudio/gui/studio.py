@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, ClassVar
 
 from psygnal import Signal
@@ -48,12 +48,21 @@ class Studio:
         except InputError:  # what it is about is gone
             return "This"
 
-    def attempt(self, doing: str | Callable[[], str], action: Callable[[], object]) -> bool:
-        """Run something that may raise `InputError`, which becomes a dialog."""
+    def attempt(
+        self,
+        doing: str | Callable[[], str],
+        action: Callable[[], object],
+        again: Callable[[], object] | None = None,
+    ) -> bool:
+        """Run something that may raise `InputError`, which becomes a dialog.
+
+        Where it can be tried `again` with another file, the dialog offers that.
+        """
         try:
             action()
         except InputError as error:
             name = doing if isinstance(doing, str) else doing()
-            self.asker.tell(problem_of(error, name))
+            ways = () if again is None else (("Save &elsewhere…", again),)
+            self.asker.tell(replace(problem_of(error, name), ways=ways))
             return False
         return True

@@ -72,9 +72,11 @@ class Theme(Mapping[str, str]):
         return palette
 
     def stylesheet(self) -> str:
-        """Style sheet with its ``@names`` replaced by this theme's colours."""
-        path = folder("resources") / "theme" / "style.qss"
-        return re.sub(r"@(\w+)", lambda m: self[m[1]], path.read_text(encoding="utf-8"))
+        """Style sheet with its ``@names`` replaced by this theme's colours and check mark."""
+        home = folder("resources") / "theme"
+        names = {**self, "check": (home / f"check-{self.name}.svg").as_posix()}
+        text = (home / "style.qss").read_text(encoding="utf-8")
+        return re.sub(r"@(\w+)", lambda m: names[m[1]], text)
 
 
 def preferred(app: QGuiApplication) -> str:

@@ -7,16 +7,18 @@ what changes comes from the document's signals to the views.
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
 from PySide6.QtCore import QByteArray, Qt
-from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDropEvent
+from PySide6.QtGui import QAction, QCloseEvent, QDragEnterEvent, QDropEvent
 from PySide6.QtWidgets import QApplication, QDockWidget, QMainWindow, QMenu, QStackedWidget, QWidget
 
 from ffdstudio.gui import theme as themes
 from ffdstudio.gui.actions import Actions, conditions
 from ffdstudio.gui.dialogs.ask import Asker
+from ffdstudio.gui.dialogs.palette import Offer
 from ffdstudio.gui.errors import Net, Problem, problem_of, sentence
 from ffdstudio.gui.fieldkeys import FieldKeys
 from ffdstudio.gui.focusring import FocusRing
@@ -37,7 +39,8 @@ from ffdstudio.gui.quality.part import QualityPart
 from ffdstudio.gui.readouts import Readouts
 from ffdstudio.gui.resources import program_icon
 from ffdstudio.gui.scene import Scene
-from ffdstudio.gui.sections import SectionBar, Sections
+from ffdstudio.gui.sectionbar import SectionBar
+from ffdstudio.gui.sections import Sections
 from ffdstudio.gui.settings import LAYOUT_VERSION, Settings
 from ffdstudio.gui.start import StartPage
 from ffdstudio.gui.state import State
@@ -89,7 +92,7 @@ class MainWindow(QMainWindow):
         theme = themes.apply(application, name if name in themes.THEMES else "light")
         self.document = Document(self.jobs)
         self.studio = Studio(self.document, State(), self.jobs, settings, asker, theme)
-        self.net = Net(asker.tell, self)
+        self.net = Net(self._tell_unexpected, self)
         self.keeper = Keeper(self.studio, recovery)
         self._build_middle()
         self._build_panels()
@@ -174,9 +177,10 @@ class MainWindow(QMainWindow):
         panel_menu = self.actions_.menus["&View"].addMenu("Pa&nels")
         for dock in self.docks.values():
             panel_menu.addAction(dock.toggleViewAction())
+        self._panel_actions = [self._panel_action(*pair) for pair in self.docks.items()]
         self.files = FileHandler(studio, self._save_picture, self.close)
         self.view = ViewHandler(studio, self.scene, self._choose_theme, self._reset_layout)
-        edit, select = EditHandler(studio), SelectHandler(studio)
+        edit, select = EditHandler(studio, self.tools), SelectHandler(studio)
         lattice = LatticeHandler(studio, self.lattice, self._show_lattice_panel)
         lattice.load_paths = self.files.open
         self.lattice.left = self._to_picture
@@ -184,6 +188,7 @@ class MainWindow(QMainWindow):
         self.files.may_stop = self.studies.may_close
         self.files.chosen_body = self.view.chosen_body = self.tree.chosen_body
         help_ = HelpHandler(studio, self.actions_)
+        help_.more = self._offers
         handlers = {
             "file": self.files,
             "edit": edit,
@@ -202,11 +207,34 @@ class MainWindow(QMainWindow):
     def _file_menus(self) -> None:
         """Recent files and examples, filled when they are opened."""
         menu, before = self.actions_.menus["&File"], self.actions_.by_name["file.new"]
-        recent, samples = QMenu("Open &recent", menu), QMenu("E&xamples", menu)
-        for submenu in (recent, samples):
+        self._recent, self._samples = QMenu("Open &recent", menu), QMenu("E&xamples", menu)
+        for submenu in (self._recent, self._samples):
             menu.insertMenu(before, submenu)
-        recent.aboutToShow.connect(lambda: self.files.fill_recent(recent))
-        samples.aboutToShow.connect(lambda: self.files.fill_examples(samples))
+        self._recent.aboutToShow.connect(lambda: self.files.fill_recent(self._recent))
+        self._samples.aboutToShow.connect(lambda: self.files.fill_examples(self._samples))
+
+    def _offers(self) -> list[Offer]:
+        """What the command palette offers beyond the table: files, examples, panels."""
+        self.files.fill_recent(self._recent)
+        self.files.fill_examples(self._samples)
+        found = [
+            Offer(f"File: {menu.title()}", action, action.statusTip())
+            for menu in (self._recent, self._samples)
+            for action in menu.actions()
+            if not action.isSeparator()
+        ]
+        return found + [Offer("View: Panels", a, a.statusTip()) for a in self._panel_actions]
+
+    def _panel_action(self, name: str, dock: QDockWidget) -> QAction:
+        """Action that brings a panel to the front, unlike Qt's own, which may also close it."""
+        action = QAction(name, self)
+        action.setStatusTip(f"Show the panel {name}")
+        action.triggered.connect(partial(self._show_dock, dock))
+        return action
+
+    def _show_dock(self, dock: QDockWidget, _on: bool = False) -> None:
+        dock.show()
+        dock.raise_()
 
     def _with_arguments(
         self, edit: EditHandler, select: SelectHandler, lattice: LatticeHandler
@@ -261,6 +289,7 @@ class MainWindow(QMainWindow):
             (document.history_changed, self._on_history),
             (document.volume_changed, self._on_volume),
             (document.problem, self._on_problem),
+            (document.filed, self.files.remember),
             (state.shown_changed, self._on_marks),
             (state.mode_changed, self._on_mode),
         )
@@ -294,12 +323,30 @@ class MainWindow(QMainWindow):
         self.setWindowTitle(f"{name}[*] - FFD Studio" if name else "FFD Studio[*]")
         self.setWindowModified(self.document.modified)
 
-    def _on_problem(self, title: str, cause: str) -> None:
-        problem = Problem(title, sentence(cause), "Nothing was changed.")
-        self.studio.asker.tell(problem)
+    def _on_problem(self, title: str, cause: str, doing: str) -> None:
+        """Say what did not work, and offer to try it with another file."""
+        files, text = self.files, "Nothing was changed."
+        ways: dict[str, tuple[str, Callable[[], object]]] = {
+            "open": ("&Open another…", files.open),
+            "save": ("Save &as…", files.save_as),
+            "export": ("Export &elsewhere…", files.export_mesh),
+            "export lattice": ("Export &elsewhere…", files.export_lattice),
+        }
+        if doing == "save":
+            text = "The project is still open, but not saved."
+        elif doing == "note":
+            text = ""
+        way = (ways[doing],) if doing in ways else ()
+        self.studio.asker.tell(Problem(title, sentence(cause), text, ways=way))
 
     def _on_failed(self, _job: Job, error: Exception) -> None:
-        self.studio.asker.tell(problem_of(error))
+        self._tell_unexpected(problem_of(error))
+
+    def _tell_unexpected(self, problem: Problem) -> None:
+        """Say what nobody foresaw, with a way to save the work first of all."""
+        save = ("Save &as…", self.files.save_as)
+        ways = (save,) if problem.details and self.document.modified else ()
+        self.studio.asker.tell(replace(problem, ways=ways))
 
     def _on_marks(self) -> None:
         shown = self.studio.state.shown

@@ -35,7 +35,7 @@ class Autosave:
         try:
             self._session = Session(folder)
         except InputError as error:
-            document.problem.emit("There will be no autosaves", str(error))
+            document.problem.emit("There will be no autosaves", str(error), "note")
 
     def tick(self) -> None:
         """Write an autosave if there is anything new that is not in the project file."""

@@ -85,8 +85,11 @@ class Document:
       refined or frozen, or another one became active.
     - ``selection_changed()``, ``history_changed()`` (also when saved).
     - ``volume_changed(key)``: `volume(key)` is known now, or is no longer.
-    - ``problem(title, cause)``: something that was asked for did not work.
+    - ``problem(title, cause, doing)``: something that was asked for did not work; `doing` is
+      "open", "save", "export" or "export lattice" when that can be tried with another file,
+      "note" when it did work but not quite, else empty.
     - ``told(text)``: something that was asked for is done; for the status line.
+    - ``filed(path)``: a mesh, lattice or project was read, or a project written.
 
     Examples
     --------
@@ -106,8 +109,9 @@ class Document:
     selection_changed = Signal()
     history_changed = Signal()
     volume_changed = Signal(str)
-    problem = Signal(str, str)
+    problem = Signal(str, str, str)
     told = Signal(str)
+    filed = Signal(Path)
 
     def __init__(self, runner: Runner | None = None) -> None:
         self.runner: Runner = RunNow() if runner is None else runner
@@ -350,13 +354,13 @@ class Document:
         assert opened.command.mesh is not None
         self._displays.surfaces[opened.command.mesh] = opened.surface
 
-    def failed(self, title: str) -> Callable[[Exception], None]:
+    def failed(self, title: str, doing: str = "") -> Callable[[Exception], None]:
         """Return what to do with an error of work: tell the cause if it is one of input."""
 
         def tell(error: Exception) -> None:
             if not isinstance(error, InputError):
                 raise error
-            self.problem.emit(title, str(error))
+            self.problem.emit(title, str(error), doing)
 
         return tell
 

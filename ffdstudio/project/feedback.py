@@ -14,8 +14,8 @@ from ffdstudio.project.dragging import Lock
 if TYPE_CHECKING:
     from ffdstudio.project.guarding import Verdict
 
-STEM, OCTAVE = 40.0, 14.0  # pixels: stem of a weight handle at weight 1, and for twice that
-SHORTEST, LONGEST = 14.0, 96.0
+STEM, OCTAVE = 40.0, 40.0  # pixels: stem of a weight handle at weight 1, and for twice that
+SHORTEST, LONGEST = 14.0, 180.0
 
 
 @dataclass(frozen=True, eq=False)

@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from ffdstudio.project.recovery import Left
 
 PathLike = str | os.PathLike[str]
+OPENING = "opening"  # the line of work that arrives in the order in which it was asked for
 
 
 def open_mesh(document: Document, path: PathLike) -> None:
@@ -39,10 +40,12 @@ def open_mesh(document: Document, path: PathLike) -> None:
     def done(opened: Opened) -> None:
         document.meet(opened)
         document.do(opened.command)
+        document.filed.emit(Path(path))
 
     name = Path(path).name
-    failed = document.failed(f"{name} cannot be opened")
-    document.runner.start(f"Opening {name}", lambda p: open_body(path, p), done, failed)
+    failed = document.failed(f"{name} cannot be opened", "open")
+    work = lambda p: open_body(path, p)  # noqa: E731
+    document.runner.start(f"Opening {name}", work, done, failed, line=OPENING)
 
 
 def export_mesh(document: Document, key: str, path: PathLike) -> None:
@@ -52,12 +55,12 @@ def export_mesh(document: Document, key: str, path: PathLike) -> None:
 
     def done(written: Written) -> None:
         for loss in written.losses:
-            document.problem.emit(f"{written.path.name} was written with losses", loss)
+            document.problem.emit(f"{written.path.name} was written with losses", loss, "note")
         document.told.emit(
             f"{written.path} written: {written.moved} of {written.nodes} nodes moved"
         )
 
-    failed = document.failed(f"{body.name} cannot be exported")
+    failed = document.failed(f"{body.name} cannot be exported", "export")
     work = lambda p: write_body(body, steps, path, p)  # noqa: E731
     document.runner.start(f"Exporting {body.name}", work, done, failed)
 
@@ -72,12 +75,13 @@ def import_lattice(document: Document, path: PathLike, block: str | None = None)
         except InputError as error:  # more frozen layers than there are
             failed(error)
             return
+        document.filed.emit(Path(path))
         if not found.exactness.exact:
-            document.problem.emit(f"{Path(path).name} was read", str(found.exactness))
+            document.problem.emit(f"{Path(path).name} was read", str(found.exactness), "note")
 
-    failed = document.failed(f"{Path(path).name} cannot be opened")
+    failed = document.failed(f"{Path(path).name} cannot be opened", "open")
     work = lambda p: read_lattice_file(path, block)  # noqa: E731
-    document.runner.start(f"Reading {Path(path).name}", work, done, failed)
+    document.runner.start(f"Reading {Path(path).name}", work, done, failed, line=OPENING)
 
 
 def _added(name: str, found: LatticeFile) -> AddLattice:
@@ -92,7 +96,7 @@ def export_lattice(document: Document, key: str, path: PathLike) -> None:
         frozen, faces = item.frozen, item.open_faces
         exactness = write_lattice(path, item.rest, item.current, frozen=frozen, open_faces=faces)
     except InputError as error:
-        document.problem.emit(f"{item.name} cannot be exported", str(error))
+        document.problem.emit(f"{item.name} cannot be exported", str(error), "export lattice")
     else:
         document.told.emit(f"{os.fspath(path)} written: {exactness}")
 
@@ -110,9 +114,10 @@ def save(document: Document, path: PathLike, pack_meshes: bool) -> None:
             return
         document.path = target
         document.saved(model)
+        document.filed.emit(target)
         document.told.emit(f"{target} saved")
 
-    failed = document.failed(f"{target.name} cannot be saved")
+    failed = document.failed(f"{target.name} cannot be saved", "save")
 
     def work(progress: Progress) -> None:
         progress(0.0, f"writing {target.name}")
@@ -123,7 +128,8 @@ def save(document: Document, path: PathLike, pack_meshes: bool) -> None:
 
 def open_project(document: Document, path: PathLike, recovered: Left | None = None) -> None:
     """Read a project, which replaces everything; what was `recovered` is not saved yet."""
-    source, failed = Path(path), document.failed(f"{Path(path).name} cannot be opened")
+    source = Path(path)
+    failed = document.failed(f"{source.name} cannot be opened", "open")
     known = document.settled_model
 
     def read(content: ProjectFile) -> None:
@@ -147,8 +153,10 @@ def open_project(document: Document, path: PathLike, recovered: Left | None = No
             document.meet(opened)
         target = source if recovered is None else recovered.project
         document.replace(model, content.sections, target, saved=recovered is None)
+        if recovered is None:
+            document.filed.emit(source)
         for problem in problems:
-            document.problem.emit("A mesh of the project could not be opened", problem)
+            document.problem.emit("A mesh of the project could not be opened", problem, "note")
 
     work = lambda p: read_project(source)  # noqa: E731
     document.runner.start(f"Opening {source.name}", work, read, failed, key="open")
@@ -160,7 +168,7 @@ def _asked(document: Document, content: ProjectFile) -> ProjectFile | None:
     if document.ask is not None:
         return document.ask(content)
     for problem in content.problems:
-        document.problem.emit("A mesh of the project is not as it was", problem)
+        document.problem.emit("A mesh of the project is not as it was", problem, "note")
     return content
 
 

@@ -4,6 +4,7 @@
 2. Its result comes back through `done`, on the thread that owns the document.
 3. Starting work with the `key` of other work makes that one out of date: its result is
    dropped.
+4. Work of one `line` arrives in the order in which it was started, whichever is done first.
 
 The window has a runner of the same form with worker threads.
 """
@@ -28,6 +29,7 @@ class Runner(Protocol):
         failed: Callable[[Exception], None] | None = None,
         key: str = "",
         cancelled: Callable[[], None] | None = None,
+        line: str = "",
     ) -> Any:
         """Run `work(progress)`, then `done(result)`, `failed(error)`, or `cancelled()`.
 
@@ -46,6 +48,7 @@ class RunNow:
         failed: Callable[[Exception], None] | None = None,
         key: str = "",
         cancelled: Callable[[], None] | None = None,
+        line: str = "",
     ) -> None:
         """See `Runner`."""
         try:

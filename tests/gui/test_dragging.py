@@ -112,10 +112,10 @@ def test_the_mesh_follows_while_the_mouse_moves(ready):
 def test_a_weight_has_a_handle_to_drag_and_a_double_click_resets_it(ready):
     ready.click(ready.at(POINT))
     handle = ready.at(POINT) - QPoint(0, 40)
-    ready.drag(handle, handle - QPoint(0, 20))
+    ready.drag(handle, handle - QPoint(0, 50))
     assert ready.lattice.current.weights[POINT] > 2
     assert isinstance(ready.window.document.history.entries[-1].command, SetWeights)
-    up = handle - QPoint(0, 20)
+    up = handle - QPoint(0, 50)
     QTest.mouseDClick(
         ready.window.viewport, Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier, up
     )

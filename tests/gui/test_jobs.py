@@ -114,3 +114,40 @@ def test_a_callback_that_fails_does_not_keep_finish_waiting(jobs, qtbot):
         jobs.start("work", lambda p: None, fail)
         jobs.finish()
     assert [str(value) for _, value, _ in errors] == ["a bug"]
+
+
+def test_jobs_of_one_line_deliver_in_the_order_in_which_they_were_started(jobs, qtbot):
+    second, came = threading.Event(), []
+    jobs.start("slow", lambda p: second.wait(10), lambda r: came.append("slow"), line="files")
+    jobs.start(
+        "broken", lambda p: 1 / 0, came.append, lambda e: came.append("broken"), line="files"
+    )
+    jobs.start("quick", lambda p: None, lambda r: came.append("quick"), line="files")
+    jobs.start("other", lambda p: None, lambda r: came.append("other"))
+    qtbot.waitUntil(lambda: bool(came))
+    second.set()
+    qtbot.waitUntil(lambda: not jobs.running)
+    assert came == ["other", "slow", "broken", "quick"]
+
+
+def test_a_cancelled_job_holds_up_nobody_behind_it(jobs, qtbot):
+    cancelled, came = threading.Event(), []
+
+    def work(progress):
+        cancelled.wait(10)
+        progress(0.5)
+
+    slow = jobs.start("slow", work, came.append, line="files")
+    jobs.start("quick", lambda p: None, lambda r: came.append("quick"), line="files")
+    slow.cancel()
+    cancelled.set()
+    qtbot.waitUntil(lambda: not jobs.running)
+    assert came == ["quick"]
+
+
+def test_nothing_is_said_to_be_under_way_any_more_when_a_callback_asks(jobs, qtbot):
+    seen, came = [], []
+    jobs.changed.connect(lambda: seen.append(len(jobs.running)))
+    jobs.start("work", lambda p: None, lambda r: came.append(list(seen)))
+    qtbot.waitUntil(lambda: bool(came))
+    assert came[0][-1] == 0

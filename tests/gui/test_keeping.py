@@ -10,10 +10,13 @@ import pytest
 
 pytest.importorskip("PySide6")
 
+from psygnal import EmitLoopError, Signal
 from PySide6.QtCore import QPoint, Qt, QTimer
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QProgressDialog, QPushButton
 
+from ffdstudio.gui.dialogs.problem import ProblemDialog
+from ffdstudio.gui.errors import Problem, problem_of
 from ffdstudio.gui.settings import Settings
 from ffdstudio.project import displays, filing
 from ffdstudio.project.commands import Rename
@@ -49,6 +52,44 @@ def test_a_save_that_fails_keeps_the_window(ready, tmp_path):
     ready.script.targets = [tmp_path / "no such folder" / "a.ffdproj"]
     assert not ready.window.close()
     assert "no such file" in ready.script.told[0].cause.lower()
+
+
+def test_the_dialog_of_a_failed_save_offers_another_name(ready, tmp_path, qtbot):
+    ready.script.targets = [tmp_path / "no folder" / "a.ffdproj", tmp_path / "a.ffdproj"]
+    ready.trigger("file.save")
+    ready.idle()
+    dialog = ProblemDialog(ready.script.told[0], ready.window)
+    qtbot.addWidget(dialog)
+    (button,) = [b for b in dialog.findChildren(QPushButton) if b.text() == "Save &as…"]
+    button.click()
+    dialog.way()
+    ready.idle()
+    assert (tmp_path / "a.ffdproj").exists()
+
+
+@pytest.mark.parametrize("warning", [True, False])
+def test_a_report_is_unfolded_on_request_a_log_at_once(warning, qtbot):
+    dialog = ProblemDialog(Problem("Title", "Cause.", "", "line\n" * 50, warning))
+    qtbot.addWidget(dialog)
+    dialog.show()
+    assert dialog.report.isVisible() is not warning
+    assert dialog.focusWidget().text() == "Close"
+
+
+def test_what_a_view_raises_is_told_without_the_wrapping_of_the_signal(ready):
+    class Emitter:
+        happened = Signal()
+
+    def view():
+        raise ZeroDivisionError("nothing to divide by")
+
+    emitter = Emitter()
+    emitter.happened.connect(view)
+    with pytest.raises(EmitLoopError) as caught:
+        emitter.happened.emit()
+    problem = problem_of(caught.value)
+    assert problem.cause == "ZeroDivisionError: nothing to divide by"
+    assert "in view" in problem.details
 
 
 def test_without_changes_nothing_is_asked(user):

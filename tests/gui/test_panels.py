@@ -12,7 +12,9 @@ from PySide6.QtGui import QDropEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QAbstractButton, QAbstractSpinBox, QComboBox, QLineEdit
 
-from ffdstudio.project.commands import Rename
+from ffdstudio.project import commands as c
+from ffdstudio.project.spread import Mirror
+from ffdstudio.project.tools import Options
 
 pytestmark = pytest.mark.display
 LEFT = Qt.MouseButton.LeftButton
@@ -62,7 +64,7 @@ def test_dropped_files_are_opened(user, cube, square):
     drop = QDropEvent(QPointF(300, 300), copy, data, LEFT, none)
     user.window.dropEvent(drop)
     user.idle()
-    assert {b.name for b in user.window.document.model.bodies} == {"cube", "square"}
+    assert [b.name for b in user.window.document.model.bodies] == ["cube", "square"]
 
 
 def test_a_broken_file_is_told_with_its_cause_and_changes_nothing(user, tmp_path):
@@ -72,8 +74,17 @@ def test_a_broken_file_is_told_with_its_cause_and_changes_nothing(user, tmp_path
     (told,) = user.script.told
     assert "broken.su2" in told.title
     assert "NPOIN" in told.cause
+    assert [text for text, _ in told.ways] == ["&Open another…"]
     assert user.window.document.model.bodies == ()
     assert user.window.problems.count() == 1
+    assert path not in user.window.studio.settings.recent()
+
+
+def test_a_project_just_saved_is_the_newest_of_the_recent_files(ready, cube, tmp_path):
+    ready.script.targets = [tmp_path / "new.ffdproj"]
+    ready.trigger("file.save_as")
+    ready.idle()
+    assert ready.window.studio.settings.recent()[:2] == [tmp_path / "new.ffdproj", cube]
 
 
 # ---- the tree ---------------------------------------------------------------------------
@@ -91,6 +102,30 @@ def test_the_tree_hides_bodies_and_markers_by_commands(ready):
     ready.trigger("view.show_all")
     assert document.model.bodies[0].visible
     assert not document.model.bodies[0].hidden_markers
+
+
+def test_a_marker_is_shown_alone_by_one_command_also_when_it_was_hidden(ready):
+    tree, document = ready.window.tree, ready.window.document
+    tree.topLevelItem(0).child(1).setCheckState(0, Qt.CheckState.Unchecked)
+    entries = len(labels(ready))
+    for _ in range(2):  # the second time there is nothing to do
+        tree.menu_of(tree.topLevelItem(0).child(1)).actions()[1].trigger()
+        assert document.model.bodies[0].hidden_markers == {"low"}
+        assert labels(ready)[entries:] == ["Show high alone"]
+    tree.topLevelItem(0).setCheckState(0, Qt.CheckState.Unchecked)
+    for _ in range(2):
+        ready.trigger("view.show_all")
+        assert labels(ready)[entries + 2 :] == ["Show all"]
+
+
+def test_the_keyboard_stays_on_the_row_of_a_marker(ready):
+    tree = ready.window.tree
+    tree.topLevelItem(0).setExpanded(True)
+    tree.setCurrentItem(tree.topLevelItem(0).child(1))
+    for hidden in ({"high"}, set()):
+        QTest.keyClick(tree, Qt.Key.Key_Space)
+        assert ready.window.document.model.bodies[0].hidden_markers == hidden
+        assert tree.currentItem() is tree.topLevelItem(0).child(1)
 
 
 def test_a_name_that_is_taken_is_refused_and_the_old_one_stays(ready):
@@ -193,6 +228,61 @@ def test_an_undeformed_lattice_is_fitted_anew_and_keeps_its_place_in_the_tree(re
     assert len(ready.window.document.model.lattices) == 1
 
 
+def test_the_number_of_a_new_knot_is_typed_at_once(ready):
+    def look(dialog):
+        dialog.show()
+        assert dialog.focusWidget() is dialog.place
+        QTest.keyClicks(dialog.place, "0.3")
+        return dialog.knot == 0.3
+
+    ready.script.dialogs = [look]
+    ready.trigger("lattice.insert_knot")
+    assert ready.lattice.rest.shape == (5, 4, 4)
+
+
+def test_the_lattice_that_is_being_built_has_its_letters(user, cube):
+    user.open(cube)
+    user.trigger("lattice.new")
+    user.painted()
+    letters = user.window.viewport.overlay.layers["labels"]
+    assert [shape.lines[0] for shape in letters] == ["i", "j", "k"]
+    user.window.lattice.builder.stop()
+    assert not user.window.viewport.overlay.layers["labels"]
+
+
+def test_names_keep_their_capitals_in_messages(user, cube):
+    user.open(cube)
+    user.trigger("lattice.new")
+    builder = user.window.lattice.builder
+    builder.counts[0].setValue(400)
+    for box in builder.counts[1:]:
+        box.setValue(60)
+    assert builder.notes["direction 0"].text().startswith("1,440,000 points")
+
+
+def test_an_empty_scene_says_what_to_do(user, cube):
+    hint = user.window.tree._hint
+    assert hint.isVisible()
+    assert "Ctrl+O" in hint.text()
+    user.open(cube)
+    assert not hint.isVisible()
+
+
+def test_a_mesh_is_not_written_over_its_own_source_unasked(ready, cube, tmp_path):
+    before = cube.read_bytes()
+    start = ready.at((1, 2, 2))
+    ready.drag(start, start + QPoint(30, 30))
+    ready.script.targets, ready.script.answers = [cube], ["cancel"]
+    ready.trigger("file.export_mesh")
+    ready.idle()
+    assert cube.read_bytes() == before
+    ready.script.targets = [cube, tmp_path / "other.su2"]
+    ready.script.answers = ["other"]
+    ready.trigger("file.export_mesh")
+    ready.idle()
+    assert cube.read_bytes() == before != (tmp_path / "other.su2").read_bytes()
+
+
 def test_the_builder_falls_back_to_everything_when_its_body_goes(user, cube, square):
     user.open(cube)
     user.open(square)
@@ -208,7 +298,7 @@ def test_the_builder_falls_back_to_everything_when_its_body_goes(user, cube, squ
     assert builder.draft().lower == pytest.approx((-0.06,) * 3)
     user.trigger("edit.redo")
     assert builder.around.findText("square") > 0
-    document.do(Rename(document.model.bodies[0].key, "block"))
+    document.do(c.Rename(document.model.bodies[0].key, "block"))
     assert builder.around.findText("block: low") > 0
 
 
@@ -304,8 +394,16 @@ def test_too_many_frozen_layers_are_refused_beside_the_field(ready):
     summary.frozen.setValue(1)
     assert ready.lattice.frozen == 1
     summary.frozen.setValue(2)
-    assert "At most 1" in summary.problem.text()
+    assert "At most 1 layer leaves" in summary.problem.text()
     assert summary.frozen.value() == 1
+
+
+def test_freezing_says_how_many_points_it_puts_back(ready):
+    document, summary = ready.window.document, ready.window.lattice.summary
+    document.do(c.MovePoints("lattice2", ((0, 0, 0), (1, 1, 1)), ((0, 0, -1), (0.3, 0.3, 0.4))))
+    summary.frozen.setValue(1)
+    assert summary.problem.text().startswith("1 point went back to rest")
+    assert labels(ready)[-1] == "Freeze 1 layer, reset 1 point"
 
 
 # ---- points by number -------------------------------------------------------------------
@@ -441,6 +539,42 @@ def test_typed_transformations_are_seen_at_once_and_kept_or_not(ready, accept):
     assert ready.window.document.editing is None
 
 
+def test_typed_transformations_take_along_what_is_opposite(ready):
+    ready.window.document.select([(1, 1, 1)])
+    ready.window.tools.options = Options(mirror=Mirror(1, 0.5))
+
+    def shift(dialog):
+        assert dialog.follow.text() == "Points opposite the plane y = 0.5 follow."
+        type_into(dialog.move_by.edits[1], "0.1")
+        return True
+
+    ready.script.dialogs = [shift]
+    ready.trigger("edit.transform")
+    moved = ready.lattice.current.control_points - ready.lattice.rest.control_points
+    assert moved[1, 1, 1] == pytest.approx([0, 0.1, 0])
+    assert moved[1, 2, 1] == pytest.approx([0, -0.1, 0])
+    assert np.count_nonzero(moved) == 2
+
+
+def test_the_points_panel_says_that_numbers_move_the_selected_points_only(ready):
+    points = ready.window.points
+    ready.window.document.select([(1, 1, 1)])
+    assert points.alone.isHidden()
+    ready.trigger("edit.mirror_y")
+    assert not points.alone.isHidden()
+    ready.trigger("edit.mirror_off")
+    assert points.alone.isHidden()
+
+
+def test_the_points_panel_follows_a_drag(ready):
+    start = ready.at((1, 2, 2))
+    ready.begin(start, start + QPoint(30, 30))
+    shown = ready.window.points.displacement
+    ready.qtbot.waitUntil(lambda: any(shown.values), timeout=5000)
+    QTest.keyClick(ready.window.viewport, Qt.Key.Key_Escape)
+    assert shown.values == [0, 0, 0]
+
+
 def test_a_flat_mesh_offers_no_number_that_leads_out_of_its_plane(user, square):
     user.open(square)
     user.build((4, 4))
@@ -503,6 +637,34 @@ def test_axis_views_look_along_the_axes(ready):
         assert (ready.window.viewport.view.back == -axis).all()
 
 
+def test_a_section_begins_at_the_wing_and_can_be_typed(user, root):
+    user.open(root / "sample_meshes" / "wing_air.su2")
+    user.trigger("view.section")
+    user.idle()
+    bar, state = user.window.section_bar, user.window.studio.state
+    assert state.shown.section.at == pytest.approx(1.25)  # half the span; the air goes on
+    assert bar.number.value == state.shown.section.at
+    type_into(bar.number, "0,25")
+    user.idle()
+    (cut,) = user.window.sections.actors.values()
+    assert np.ptp(cut.points.array[:, 1]) < 1e-6
+    assert state.shown.section.at == 0.25
+    bar.axis.setCurrentIndex(0)
+    bar.axis.activated.emit(0)
+    assert 0 < state.shown.section.at < 3
+    assert bar.letter.text().strip() == "x ="
+
+
+def test_a_side_view_keeps_what_is_looked_at_and_how_near(user, root):
+    user.open(root / "sample_meshes" / "wing_air.su2")
+    before = user.window.viewport.view
+    user.trigger("view.plus_y")
+    after = user.window.viewport.view
+    assert (after.back == [0, 1, 0]).all()
+    assert (after.focal == before.focal).all()
+    assert after.distance == before.distance
+
+
 def test_the_command_palette_finds_and_runs(ready):
     def choose(palette):
         QTest.keyClicks(palette.line, "degree in")
@@ -513,6 +675,30 @@ def test_the_command_palette_finds_and_runs(ready):
     ready.script.dialogs = [choose]
     ready.trigger("help.palette")
     assert ready.lattice.rest.degrees == (3, 4, 3)
+
+
+@pytest.mark.parametrize(
+    ("typed", "label"),
+    [
+        ("ghost", "View: Undeformed shape"),
+        ("theme dark", "View: Theme: Dark"),
+        ("symmetry off", "Edit: Symmetry: Off"),
+        ("cube recent", "File: Open recent: cube.su2"),
+        ("wing in air", "File: Examples: Wing in air: Volume mesh around the wing"),
+        ("panels points", "View: Panels: Points"),
+        ("qqqq", None),
+    ],
+)
+def test_the_command_palette_searches_submenus_tips_files_and_panels(ready, typed, label):
+    def look(palette):
+        QTest.keyClicks(palette.line, typed)
+        first = palette.list.topLevelItem(0)
+        assert (first and first.text(0)) == label
+        assert palette.nothing.isHidden() is (label is not None)
+        return False
+
+    ready.script.dialogs = [look]
+    ready.trigger("help.palette")
 
 
 def test_themes_change_at_once_and_are_remembered(ready):

@@ -161,10 +161,22 @@ def test_limits_count_cells_before_and_now(cubed: Any) -> None:
     cubed.window.quality.choice.want(preset="OpenFOAM")
     cubed.idle()
     limits = cubed.window.quality.panel.limits
-    row = limits.topLevelItem(0)
-    assert row.text(0).startswith("non-orthogonality > 70")
-    assert row.text(1) == "0"
-    assert int(row.text(2)) > 0
+    name, before, now = limits.rows[0]
+    assert name.text().startswith("non-orthogonality > 70")
+    assert name.width() >= name.fontMetrics().horizontalAdvance("non-orthogonality > 70°")
+    assert before.text() == "0"
+    assert int(now.text()) > 0
+    assert now.property("role") == "problem"
+
+
+def test_a_picked_cell_goes_with_its_mesh(cubed: Any, square: Path) -> None:
+    cubed.trigger("quality.worst")
+    assert cubed.window.quality.choice.wanted.cell >= 0
+    cubed.window.document.clear()
+    cubed.open(square)  # its key is the one that the cube had
+    assert cubed.window.document.model.bodies[0].key == "body1"
+    assert cubed.window.quality.choice.wanted.cell == -1
+    assert not cubed.window.viewport.overlay.layers.get("worst")
 
 
 def test_both_themes_are_worn(cubed: Any) -> None:

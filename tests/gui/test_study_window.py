@@ -165,6 +165,22 @@ def test_the_hint_of_the_points_panel_is_seen_whole_above_the_plots(studio):
     assert hint.height() >= hint.heightForWidth(hint.width())
 
 
+def test_notes_of_a_study_keep_all_their_lines_and_the_plots_their_width(studio):
+    window = studio.window
+    window.resize(1280, 720)
+    studio.room.convergence_plot()
+    studio.room.airfoil()
+    studio.room.panel.begin()
+    _ended(studio)
+    studio.qtbot.wait(100)
+    for label in (studio.room.panel.figures, studio.room.panel.shown):
+        assert label.height() >= label.heightForWidth(label.width())
+    assert studio.room.docks["Airfoil"].width() >= window.width() // 2
+    view = studio.room.airfoil_view
+    assert min(plot.width() for plot in (view.shape, view.error, view.pressure)) > 180
+    assert view.lift.text().startswith("CL")
+
+
 def test_a_study_is_stepped_paused_and_stopped(studio):
     _slow(studio)
     studio.trigger("study.step")

@@ -6,7 +6,7 @@ import pytest
 
 pytest.importorskip("PySide6")
 
-from PySide6.QtWidgets import QCheckBox
+from PySide6.QtWidgets import QCheckBox, QLineEdit
 
 from ffdstudio.gui.theme import ROLES, THEMES, Theme
 
@@ -60,3 +60,27 @@ def test_an_unchecked_box_has_an_outline_that_is_seen(name, qtbot):
     row = [picture.pixelColor(x, picture.height() // 2).name() for x in range(20)]
     assert max(contrast(colour, theme["window"]) for colour in row) >= 3
     assert row.count(theme["muted"].lower()) == 2  # left and right
+
+
+@pytest.mark.parametrize("name", THEMES)
+def test_a_checked_box_has_the_same_outline_and_a_mark(name, qtbot):
+    theme, box = Theme(name), QCheckBox("Comb")
+    qtbot.addWidget(box)
+    box.setPalette(theme.palette())
+    box.setStyleSheet(theme.stylesheet())
+    box.setChecked(True)
+    picture = box.grab().toImage()
+    colours = [picture.pixelColor(x, y).name() for x in range(16) for y in range(picture.height())]
+    assert colours.count(theme["muted"].lower()) >= 30
+    inner = [c for c in colours if contrast(c, theme["base"]) > 7 and c != theme["muted"].lower()]
+    assert len(inner) >= 5
+
+
+@pytest.mark.parametrize("name", THEMES)
+def test_a_line_to_type_in_has_an_outline_that_is_seen(name, qtbot):
+    theme, line = Theme(name), QLineEdit()
+    qtbot.addWidget(line)
+    line.setStyleSheet(theme.stylesheet())
+    picture = line.grab().toImage()
+    assert picture.pixelColor(0, picture.height() // 2).name() == theme["outline"]
+    assert contrast(theme["outline"], theme["base"]) >= 2.5

@@ -185,6 +185,8 @@ class User:
             c.Rename(item, self.one(["wing", "tail", "box", "Box"])),
             c.Show((item,), bool(self.random.integers(2))),
             c.Isolate(item),
+            c.IsolateMarker(item, "low"),
+            c.ShowAll(),
             c.Colour(item, "#00ff00"),
             c.ShowMarkers(item, ("low",), bool(self.random.integers(2))),
             c.Activate(lattice),

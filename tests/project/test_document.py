@@ -329,7 +329,7 @@ class Later:
     def __init__(self) -> None:
         self.waiting: list = []
 
-    def start(self, label, work, done, failed=None, key="", cancelled=None):  # type: ignore[no-untyped-def]
+    def start(self, label, work, done, failed=None, key="", cancelled=None, line=""):  # type: ignore[no-untyped-def]
         if key:
             self.waiting = [job for job in self.waiting if job[2] != key]
         self.waiting.append((work, done, key, cancelled))

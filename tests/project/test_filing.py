@@ -237,7 +237,7 @@ class Threads:
     def __init__(self) -> None:
         self.jobs: list = []
 
-    def start(self, label, work, done, failed=None, key="", cancelled=None):  # type: ignore[no-untyped-def]
+    def start(self, label, work, done, failed=None, key="", cancelled=None, line=""):  # type: ignore[no-untyped-def]
         box: list = []
         thread = threading.Thread(target=lambda: box.append(work(no_progress)))
         self.jobs.append((thread, box, done))
@@ -289,3 +289,16 @@ def test_a_new_project_is_empty_and_not_modified(cube: Path) -> None:
     assert not document.model.bodies
     assert not document.modified
     assert document.journal.steps == []
+
+
+def test_only_what_was_read_or_saved_is_filed(cube: Path, tmp_path: Path) -> None:
+    document, filed = Document(), []
+    document.filed.connect(filed.append)
+    (tmp_path / "broken.su2").write_text("NDIME= 3\n")
+    document.open_mesh(tmp_path / "broken.su2")
+    document.save(tmp_path / "no folder" / "a.ffdproj")
+    assert filed == []
+    document.open_mesh(cube)
+    document.save(tmp_path / "a.ffdproj")
+    document.open(tmp_path / "a.ffdproj")
+    assert filed == [cube, tmp_path / "a.ffdproj", tmp_path / "a.ffdproj"]

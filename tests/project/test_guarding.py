@@ -27,7 +27,7 @@ class Later:
     def __init__(self) -> None:
         self.waiting: list = []
 
-    def start(self, label, work, done, failed=None, key="", cancelled=None):  # type: ignore[no-untyped-def]
+    def start(self, label, work, done, failed=None, key="", cancelled=None, line=""):  # type: ignore[no-untyped-def]
         self.waiting.append((work, done, cancelled))
 
     def cancel(self) -> None:

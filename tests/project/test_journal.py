@@ -33,6 +33,8 @@ EVERY = [
     c.Rename("body1", "Flügel »1«"),
     c.Show(("body1", "lattice2"), False),
     c.Isolate("body1"),
+    c.IsolateMarker("body1", "low"),
+    c.ShowAll(),
     c.ShowMarkers("body1", ("low",), False),
     c.Colour("body1", None),
     c.TreatBoxes("body1", "keep"),

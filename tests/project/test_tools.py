@@ -189,6 +189,24 @@ def test_the_weight_handle_stays_under_the_cursor(hand: Hand) -> None:
     np.testing.assert_allclose(weight_handle(hand.camera, place, weight), handle + [0, -20])
 
 
+@pytest.mark.parametrize(
+    ("pixels", "fine", "weight"), [(40, False, 2.0), (80, False, 4.0), (80, True, 2**0.2)]
+)
+def test_the_weight_doubles_every_forty_pixels_and_shift_is_fine(
+    hand: Hand, pixels: float, fine: bool, weight: float
+) -> None:
+    hand.document.select([POINT])
+    item = hand.document.model.active_lattice
+    assert item is not None
+    handle = np.array(weight_handle(hand.camera, item.current.control_points[POINT], 1.0))
+    hand.press(handle)
+    hand.send("move", handle - [0, pixels], shift=fine)
+    hand.release(handle - [0, pixels])
+    item = hand.document.model.active_lattice
+    assert item is not None
+    assert item.current.weights[POINT] == pytest.approx(weight)
+
+
 def test_a_band_selects_what_is_inside(hand: Hand) -> None:
     hand.tools.options = Options(mode="box")
     low, high = hand.pixel((1, 1, 3)) - 5, hand.pixel((1, 1, 3)) + 5

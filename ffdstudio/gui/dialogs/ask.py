@@ -66,7 +66,10 @@ class Asker:
 
     def tell(self, problem: Problem) -> None:
         """Show a problem until it has been read."""
-        self.run(ProblemDialog(problem, self.parent))
+        dialog = ProblemDialog(problem, self.parent)
+        self.run(dialog)
+        if dialog.way is not None:
+            dialog.way()
 
     def run(self, dialog: QDialog) -> bool:
         """Show a dialog until it is closed; whether it was accepted."""

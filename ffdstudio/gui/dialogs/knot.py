@@ -14,6 +14,7 @@ from PySide6.QtWidgets import (
 
 from ffdstudio.engine import Lattice
 from ffdstudio.errors import InputError
+from ffdstudio.gui.errors import sentence
 from ffdstudio.gui.panels.fields import NumberEdit, note, number_text, say
 
 
@@ -47,6 +48,8 @@ class KnotDialog(QDialog):
         self.buttons.accepted.connect(self.accept)
         self.buttons.rejected.connect(self.reject)
         self._propose()
+        self.place.setFocus()  # what is typed at once is the number, in place of the proposal
+        self.place.selectAll()
 
     @property
     def axis(self) -> int:
@@ -76,7 +79,7 @@ class KnotDialog(QDialog):
             try:
                 self._lattice.insert_knots(self.axis, [self.knot])
             except InputError as error:
-                self.problem = f"{error}."[:1].upper() + f"{error}."[1:]
+                self.problem = sentence(str(error))
         say(self.wrong, self.problem)
         self.place.mark(bool(self.problem))
         self.adjustSize()

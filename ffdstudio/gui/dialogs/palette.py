@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import dataclass
 
 from PySide6.QtCore import QEvent, QObject, Qt
 from PySide6.QtGui import QAction, QKeyEvent
@@ -16,6 +17,8 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from ffdstudio.gui.panels.fields import note
+
 STEPS = {
     Qt.Key.Key_Down: 1,
     Qt.Key.Key_Up: -1,
@@ -24,17 +27,49 @@ STEPS = {
 }
 
 
-def score(letters: str, text: str) -> int | None:
-    """How well a text fits typed letters, smaller is better; None if they do not occur in order.
+@dataclass(frozen=True)
+class Offer:
+    """Something that can be done: where it is found, what it says, what it is for."""
+
+    where: str
+    action: QAction
+    tip: str = ""
+
+    @property
+    def label(self) -> str:
+        """Place and text, without the marks of mnemonics."""
+        return (
+            f"{self.where}: {self.action.text()}".replace("&&", "\0")
+            .replace("&", "")
+            .replace("\0", "&")
+        )
+
+
+def score(letters: str, text: str, tip: str = "") -> int | None:
+    """How well a text fits what is typed, smaller is better; None if it does not.
+
+    All words in the text are best, all words in text or tip come next, then letters that occur
+    in the text in their order.
 
     Examples
     --------
     >>> score("exme", "Export mesh…") is not None, score("xyz", "Undo")
     (True, None)
+    >>> score("theme dark", "View: Theme: Dark") is not None
+    True
+    >>> score("ghost", "View: Undeformed shape", "Show the meshes as a ghost") is not None
+    True
     """
-    text, letters = text.lower(), letters.lower().replace(" ", "")
-    if letters and letters in text.replace(" ", ""):
-        return text.replace(" ", "").index(letters) - 1000
+    text, tip, words = text.lower(), tip.lower(), letters.lower().split()
+    if all(word in text for word in words):
+        return sum(text.index(word) for word in words) - 2000
+    if all(word in text or word in tip for word in words):
+        return len(text) - 1000
+    return _scattered("".join(words), text)
+
+
+def _scattered(letters: str, text: str) -> int | None:
+    """Sum of the gaps between letters that occur in their order; None if they do not."""
     total, place = 0, -1
     for letter in letters:
         found = text.find(letter, place + 1)
@@ -48,15 +83,16 @@ def score(letters: str, text: str) -> int | None:
 class Palette(QDialog):
     """A line to type in over the list of enabled actions; Enter carries out the marked one."""
 
-    def __init__(self, actions: Iterable[tuple[str, QAction]], parent: QWidget) -> None:
+    def __init__(self, offers: Iterable[Offer], parent: QWidget) -> None:
         super().__init__(parent)
         self.setWindowTitle("Command palette")
-        self._actions = list(actions)
+        self._offers = list(offers)
         self.chosen: QAction | None = None
         self.line = QLineEdit()
         self.line.setPlaceholderText("Type a few letters of a command")
         self.line.setClearButtonEnabled(True)
         self.line.setAccessibleName("Command")
+        self.nothing = note("Nothing found. Try other words, such as those of a menu.")
         self.list = QTreeWidget()
         self.list.setRootIsDecorated(False)
         self.list.setHeaderHidden(True)
@@ -65,6 +101,7 @@ class Palette(QDialog):
         self.list.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         layout = QVBoxLayout(self)
         layout.addWidget(self.line)
+        layout.addWidget(self.nothing)
         layout.addWidget(self.list)
         self.line.textChanged.connect(self._fill)
         self.line.returnPressed.connect(self._take)
@@ -77,19 +114,14 @@ class Palette(QDialog):
 
     def _fill(self, letters: str) -> None:
         fits = []
-        for where, action in self._actions:
-            label = f"{where}: {action.text()}".replace("&", "")
-            found = score(letters, label)
-            if found is not None and action.isEnabled():
-                fits.append((found, label, action))
+        for offer in self._offers:
+            found = score(letters, offer.label, offer.tip)
+            if found is not None and offer.action.isEnabled():
+                fits.append((found, offer))
         self.list.clear()
-        for _, label, action in sorted(fits, key=lambda fit: fit[0]):
-            item = QTreeWidgetItem([label, action.shortcut().toString()])
-            item.setIcon(0, action.icon())
-            item.setToolTip(0, action.toolTip())
-            item.setData(0, Qt.ItemDataRole.UserRole, action)
-            item.setTextAlignment(1, Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
-            self.list.addTopLevelItem(item)
+        for _, offer in sorted(fits, key=lambda fit: fit[0]):
+            self.list.addTopLevelItem(_row(offer))
+        self.nothing.setVisible(not fits)
         self._mark(0)
 
     def _take(self) -> None:
@@ -112,3 +144,13 @@ class Palette(QDialog):
         item = self.list.topLevelItem(row)
         if item is not None:
             self.list.setCurrentItem(item)
+
+
+def _row(offer: Offer) -> QTreeWidgetItem:
+    action = offer.action
+    item = QTreeWidgetItem([offer.label, action.shortcut().toString()])
+    item.setIcon(0, action.icon())
+    item.setToolTip(0, offer.tip)
+    item.setData(0, Qt.ItemDataRole.UserRole, action)
+    item.setTextAlignment(1, Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
+    return item

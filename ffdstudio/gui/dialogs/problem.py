@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from PySide6.QtCore import Qt
-from PySide6.QtGui import QGuiApplication
+from PySide6.QtGui import QGuiApplication, QTextCursor
 from PySide6.QtWidgets import (
     QDialog,
     QDialogButtonBox,
@@ -26,16 +28,20 @@ class ProblemDialog(QDialog):
     def __init__(self, problem: Problem, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self.problem = problem
+        self.way: Callable[[], object] | None = None  # what the user wants next
         self.setWindowTitle("FFD Studio")
         self.setMinimumWidth(440)
         layout = QVBoxLayout(self)
         layout.addLayout(self._message())
         self.report = QPlainTextEdit(problem.details)
         self.report.setReadOnly(True)
-        self.report.setMinimumHeight(200)
-        self.report.hide()
+        self.report.setMinimumSize(520, 220)
+        self.report.setVisible(bool(problem.details) and not problem.warning)  # a log, asked for
+        self.report.moveCursor(QTextCursor.MoveOperation.End)
         layout.addWidget(self.report)
-        layout.addWidget(self._buttons())
+        box = self._buttons()
+        layout.addWidget(box)
+        box.button(QDialogButtonBox.StandardButton.Close).setFocus()  # Enter has read it
 
     def _message(self) -> QHBoxLayout:
         line = QHBoxLayout()
@@ -63,15 +69,23 @@ class ProblemDialog(QDialog):
     def _buttons(self) -> QDialogButtonBox:
         box = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
         box.rejected.connect(self.reject)
+        for text, way in self.problem.ways:
+            button = box.addButton(text, QDialogButtonBox.ButtonRole.ActionRole)
+            button.clicked.connect(lambda _=False, chosen=way: self._go(chosen))
         close = box.button(QDialogButtonBox.StandardButton.Close)
         close.setDefault(True)
         if self.problem.details:
             role = QDialogButtonBox.ButtonRole.ActionRole
-            unfold: QPushButton = box.addButton("Show &report", role)
-            unfold.setCheckable(True)
-            unfold.toggled.connect(self._unfold)
+            if self.problem.warning:
+                unfold: QPushButton = box.addButton("Show &report", role)
+                unfold.setCheckable(True)
+                unfold.toggled.connect(self._unfold)
             box.addButton("&Copy report", role).clicked.connect(self._copy)
         return box
+
+    def _go(self, way: Callable[[], object]) -> None:
+        self.way = way
+        self.accept()
 
     def _unfold(self, on: bool) -> None:
         self.report.setVisible(on)

@@ -15,29 +15,33 @@ from PySide6.QtWidgets import (
 )
 
 from ffdstudio.errors import InputError
+from ffdstudio.gui.errors import sentence
 from ffdstudio.gui.panels.fields import NumberEdit, VectorEdit, note, say
-from ffdstudio.project.document import Document
 from ffdstudio.project.edit import Edit
 from ffdstudio.project.flatness import normal_axis, plane_of
+from ffdstudio.project.tools import Options, Tools
 from ffdstudio.project.transforms import rotation, scaling
 
 
 class TransformDialog(QDialog):
-    """Edits the selection of a document; call `end` when it is closed."""
+    """Edits the selection by way of the tools, so that symmetry and soft selection apply.
 
-    def __init__(self, document: Document, parent: QWidget | None = None) -> None:
+    Call `end` when it is closed.
+    """
+
+    def __init__(self, tools: Tools, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self.setWindowTitle("Transform points")
         self._edit: Edit | None = None
         self.move_by, self.scale = VectorEdit("Move by"), VectorEdit("Scale")
         self.axis, self.angle = QComboBox(), QDoubleSpinBox()
         self.about = QComboBox()
-        self.wrong = note(role="problem")
+        self.wrong, self.follow = note(role="problem"), note()
         self.buttons = QDialogButtonBox(
             QDialogButtonBox.StandardButton.Ok | QDialogButtonBox.StandardButton.Cancel
         )
         self._lay_out()
-        self._begin(document)
+        self._begin(tools)
         self._connect()
 
     def _lay_out(self) -> None:
@@ -59,18 +63,21 @@ class TransformDialog(QDialog):
         form.addRow("&About", self.about)
         layout = QVBoxLayout(self)
         layout.addLayout(form)
+        layout.addWidget(self.follow)
         layout.addWidget(self.wrong)
         layout.addWidget(self.buttons)
         self.setMinimumWidth(400)
 
-    def _begin(self, document: Document) -> None:
+    def _begin(self, tools: Tools) -> None:
+        say(self.follow, following(tools.options))
+        self._pivot = tools.pivot()
         try:
-            self._edit = document.edit()
+            self._spread, self._edit = tools.begin()
         except InputError as error:
-            self._refuse(f"{error}.".capitalize())
+            self._refuse(sentence(str(error)))
             return
-        self._stay_flat(normal_axis(plane_of(document.model)))
-        count = len(self._edit.points)
+        self._stay_flat(normal_axis(plane_of(tools.document.model)))
+        count = len(tools.document.selection)
         say(self.wrong, "")
         self.setWindowTitle(f"Transform {count} point{'' if count == 1 else 's'}")
 
@@ -107,11 +114,11 @@ class TransformDialog(QDialog):
             self._refuse("A number is needed in every field.")
             return
         self._refuse("")
-        start = self._edit.start
-        pivot = start.mean(axis=0) if self.about.currentIndex() == 0 else np.zeros(3)
+        pivot = self._pivot if self.about.currentIndex() == 0 else np.zeros(3)
         turn = rotation(np.eye(3)[self.axis.currentIndex()], self.angle.value(), pivot)
-        points = turn(scaling(np.array(scale, dtype=float), pivot)(start))
-        self._edit.place(points + np.array(move, dtype=float))
+        grow, shift = scaling(np.array(scale, dtype=float), pivot), np.array(move, dtype=float)
+        change = lambda points: turn(grow(points)) + shift  # noqa: E731
+        self._edit.place(self._spread.place(self._edit.start, change))
 
     def end(self, accepted: bool) -> None:
         """Keep what is seen, or put everything back."""
@@ -119,3 +126,21 @@ class TransformDialog(QDialog):
             self._edit.commit()
         elif self._edit is not None:
             self._edit.abort()
+
+
+def following(options: Options) -> str:
+    """What goes with the selected points, in words; empty for nothing.
+
+    Examples
+    --------
+    >>> from ffdstudio.project.spread import Mirror
+    >>> following(Options(mirror=Mirror(1)))
+    'Points opposite the plane y = 0 follow.'
+    """
+    parts = []
+    if options.soft is not None:
+        parts.append("near points (soft selection)")
+    if options.mirror is not None:
+        plane = f"{'xyz'[options.mirror.axis]} = {options.mirror.at:g}"
+        parts.append(f"points opposite the plane {plane}")
+    return f"{' and '.join(parts)} follow.".capitalize() if parts else ""

@@ -12,13 +12,14 @@ from ffdstudio.project import commands as c
 from ffdstudio.project import selection as sel
 from ffdstudio.project import typed
 from ffdstudio.project.model import LatticeItem
+from ffdstudio.project.tools import Tools
 
 
 class EditHandler:
     """Undo, redo, modes, reset, typed transformations."""
 
-    def __init__(self, studio: Studio) -> None:
-        self._studio = studio
+    def __init__(self, studio: Studio, tools: Tools) -> None:
+        self._studio, self._tools = studio, tools
 
     def undo(self) -> None:
         """Take back the last edit."""
@@ -50,7 +51,7 @@ class EditHandler:
 
     def transform(self) -> None:
         """Ask for numbers and move, turn or scale by them."""
-        dialog = TransformDialog(self._studio.document, self._studio.asker.parent)
+        dialog = TransformDialog(self._tools, self._studio.asker.parent)
         accepted = self._studio.asker.run(dialog)
         dialog.end(accepted)
 
@@ -66,9 +67,7 @@ class EditHandler:
 
     def reset_all(self) -> None:
         """Put all points of the active lattice back."""
-        item = _active(self._studio)
-        if item.deformed:
-            self._studio.do(c.ResetPoints(item.key))
+        _reset_all(self._studio)
 
 
 class SelectHandler:
@@ -121,7 +120,7 @@ class LatticeHandler:
         self.load_paths: Callable[[], None] = lambda: None
         panel.summary.insert.clicked.connect(self.insert_knot)
         panel.summary.refit.clicked.connect(self.refit)
-        panel.summary.reset.clicked.connect(EditHandler(studio).reset_all)
+        panel.summary.reset.clicked.connect(lambda: _reset_all(studio))
 
     def new(self) -> None:
         """Open the form."""
@@ -168,6 +167,12 @@ class LatticeHandler:
     def remove(self) -> None:
         """Remove the active lattice; undo brings it back."""
         self._studio.do(c.Remove(_active(self._studio).key))
+
+
+def _reset_all(studio: Studio) -> None:
+    item = _active(studio)
+    if item.deformed:
+        studio.do(c.ResetPoints(item.key))
 
 
 def _active(studio: Studio) -> LatticeItem:

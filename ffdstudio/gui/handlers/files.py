@@ -95,8 +95,11 @@ class FileHandler:
         else:
             self._document.open_mesh(path)
         self._studio.settings.put("folder", str(path.parent))
-        self._studio.settings.remember(path)
         self._studio.said.emit(f"Opening {path.name} …")
+
+    def remember(self, path: Path) -> None:
+        """Put a file among the recent ones: it was opened, or a project saved."""
+        self._studio.settings.remember(path)
 
     def fill_recent(self, menu: QMenu) -> None:
         """List recent files in a menu."""
@@ -152,8 +155,26 @@ class FileHandler:
         suggestion = source.with_name(f"{source.stem}_deformed{source.suffix}")
         filters = f"As it came (*{source.suffix or ''});;" + open_filters().split(";;", 2)[2]
         path = self._studio.asker.save_path(f"Export {body.name}", filters, suggestion)
-        if path is not None:
+        if path is not None and self._may_replace(path):
             self._document.export_mesh(body.key, path)
+
+    def _may_replace(self, path: Path) -> bool:
+        """Ask before a mesh is written over one that the project was opened from."""
+        bodies = self._document.model.bodies
+        owner = next((body for body in bodies if _same_file(Path(body.path), path)), None)
+        if owner is None:
+            return True
+        question = Question(
+            "The undeformed mesh",
+            f"{path.name} is the file that {owner.name} was opened from.",
+            "The project deforms that mesh: once it is replaced, opening the project would "
+            "deform it a second time.",
+            (("other", "Choose &another name…"), ("replace", "&Replace it"), ("cancel", "Cancel")),
+        )
+        answer = self._studio.asker.choose(question)
+        if answer == "other":
+            self.export_mesh()
+        return answer == "replace"
 
     def _confirmed(self, body: Body) -> bool:
         """Ask before anything is written that a solver will not take, and for FFD boxes."""
@@ -235,7 +256,9 @@ class FileHandler:
         """Write what the viewport shows."""
         path = self._studio.asker.save_path("Export picture", PICTURE_FILTER, self._suggest(".png"))
         if path is not None:
-            done = self._studio.attempt("Export picture", lambda: self._picture(path))
+            done = self._studio.attempt(
+                "Export picture", lambda: self._picture(path), self.export_picture
+            )
             if done:
                 self._studio.say(f"{path} written")
 
@@ -245,7 +268,7 @@ class FileHandler:
         path = self._studio.asker.save_path("Export journal", JOURNAL_FILTER, target)
         if path is not None:
             save = lambda: self._document.journal.save(path)  # noqa: E731
-            if self._studio.attempt("Export journal", save):
+            if self._studio.attempt("Export journal", save, self.export_journal):
                 self._studio.say(f"{path} written: repeat it with  ffdstudio replay {path.name}")
 
     def quit(self) -> None:
@@ -304,3 +327,10 @@ def is_lattice(name: str) -> bool:
     from ffdstudio.exchange.registry import is_lattice_file
 
     return is_lattice_file(name)
+
+
+def _same_file(one: Path, other: Path) -> bool:
+    try:
+        return one.samefile(other)
+    except OSError:  # one of them is not there
+        return False

@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from ffdstudio.gui.actions import Actions
-from ffdstudio.gui.dialogs.palette import Palette
+from ffdstudio.gui.dialogs.palette import Offer, Palette
 from ffdstudio.gui.dialogs.sheet import ShortcutSheet
 from ffdstudio.gui.navigation import AXIS_VIEWS, looking
 from ffdstudio.gui.scene import Scene
-from ffdstudio.gui.state import Section
+from ffdstudio.gui.sections import middle
 from ffdstudio.gui.studio import Studio
 from ffdstudio.gui.table import ROWS
 from ffdstudio.project import commands as c
@@ -50,10 +50,9 @@ class ViewHandler:
         self._scene.viewport.fit(bounds)
 
     def side(self, name: str) -> None:
-        """Look from a side of `AXIS_VIEWS`."""
+        """Look at the same place from a side of `AXIS_VIEWS`, from as far away."""
         viewport = self._scene.viewport
         viewport.view = looking(*AXIS_VIEWS[name], viewport.view)
-        viewport.fit()
 
     def parallel(self, on: bool) -> None:
         """Parallel or perspective projection."""
@@ -65,23 +64,21 @@ class ViewHandler:
 
     def section(self, on: bool) -> None:
         """Cut volume meshes open."""
-        self._studio.state.show(section=Section() if on else None)
+        self._studio.state.show(section=middle(self._studio.document) if on else None)
 
     def isolate(self) -> None:
         """Show the chosen body alone."""
-        body = self.chosen_body() or self._studio.document.model.bodies[0]
-        self._studio.do(c.Isolate(body.key))
+        bodies = self._studio.document.model.bodies
+        chosen = self.chosen_body() or bodies[0]
+        if any(body.visible != (body is chosen) for body in bodies):
+            self._studio.do(c.Isolate(chosen.key))
 
     def show_all(self) -> None:
         """Show all that is hidden."""
         model = self._studio.document.model
-        hidden = tuple(body.key for body in model.bodies if not body.visible)
-        hidden += tuple(item.key for item in model.lattices if not item.visible)
-        if hidden:
-            self._studio.do(c.Show(hidden))
-        for body in model.bodies:
-            if body.hidden_markers:
-                self._studio.do(c.ShowMarkers(body.key, tuple(sorted(body.hidden_markers))))
+        markers = any(body.hidden_markers for body in model.bodies)
+        if markers or not all(item.visible for item in model.items):
+            self._studio.do(c.ShowAll())
 
     def light(self) -> None:
         """Light theme."""
@@ -97,13 +94,17 @@ class HelpHandler:
 
     def __init__(self, studio: Studio, actions: Actions) -> None:
         self._studio, self._actions = studio, actions
+        self.more: Callable[[], Iterable[Offer]] = lambda: ()  # what the table does not hold
 
     def palette(self) -> None:
         """Ask for a command and carry it out."""
-        named = [(row.menu.replace("&", ""), self._actions.by_name[row.name]) for row in ROWS]
-        others = [pair for pair in named if pair[1].objectName() != "help.palette"]
+        offers = [
+            Offer(": ".join(filter(None, (row.menu, row.submenu))), action, row.tip)
+            for row in ROWS
+            if (action := self._actions.by_name[row.name]).objectName() != "help.palette"
+        ]
         assert self._studio.asker.parent is not None
-        dialog = Palette(others, self._studio.asker.parent)
+        dialog = Palette([*offers, *self.more()], self._studio.asker.parent)
         if self._studio.asker.run(dialog) and dialog.chosen is not None:
             dialog.chosen.trigger()
 

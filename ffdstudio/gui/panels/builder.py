@@ -12,6 +12,7 @@ from PySide6.QtGui import QKeyEvent
 from ffdstudio.engine import Lattice
 from ffdstudio.engine.boxes import Frame
 from ffdstudio.errors import InputError
+from ffdstudio.gui.errors import sentence
 from ffdstudio.gui.interest import walls
 from ffdstudio.gui.panels.boxform import BoxForm
 from ffdstudio.gui.panels.draft import (
@@ -283,7 +284,7 @@ class Builder(BoxForm):
         if self.hint.look(lattice, self._open):
             return  # it has set the frozen layers, and all was shown anew
         for key, label in self.notes.items():
-            say(label, f"{problems[key]}.".capitalize() if key in problems else "")
+            say(label, sentence(problems[key]) if key in problems else "")
         self._mark(problems, len(draft.counts))
         self.make.setEnabled(not problems)
         self._studio.state.put_preview(lattice, self.frozen.value(), self._open)

@@ -116,7 +116,8 @@ class Summary(QWidget):
         self.frozen = QSpinBox()
         self.frozen.setRange(0, 99)
         self.frozen.setToolTip(
-            "Outermost layers that stay where they are, on every face where mesh may lie beyond"
+            "Outermost layers that stay at rest, on every face where mesh may lie beyond; "
+            "points in them that were moved or weighted go back to it"
         )
         self.frozen.setKeyboardTracking(False)
         self.problem = note(role="problem")
@@ -208,9 +209,17 @@ class Summary(QWidget):
             self.frozen.blockSignals(True)
             self.frozen.setValue(item.frozen)
             self.frozen.blockSignals(False)
-            say(self.problem, f"At most {most} layers leave a point free to move.")
+            most_of_them = f"{most} layer leaves" if most == 1 else f"{most} layers leave"
+            say(self.problem, f"At most {most_of_them} a point free to move.")
         else:
-            self._studio.do(c.FreezeLayers(item.key, layers))
+            self._do(c.FreezeLayers(item.key, layers))
+
+    def _do(self, command: c.FreezeLayers) -> None:
+        """Freeze, and say what this has undone."""
+        lost = command.lost(self._studio.document.settled_model)
+        if self._studio.do(command) and lost:
+            points = "1 point went" if lost == 1 else f"{lost} points went"
+            say(self.problem, f"{points} back to rest; undo brings the shape back.")
 
 
 def _scrolled(page: QWidget, footer: QWidget | None) -> QWidget:

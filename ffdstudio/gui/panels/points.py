@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import Qt
+from PySide6.QtCore import Qt, QTimer
 from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import (
     QFormLayout,
@@ -30,6 +30,7 @@ from ffdstudio.project.flatness import normal_axis, plane_of
 from ffdstudio.project.model import Index, LatticeItem
 
 Array = NDArray[np.float64]
+FOLLOW_MS = 100  # between two readings during a drag
 SAME = 1e-9  # of the lattice's diagonal: points that were moved alike differ in the last digits
 TENTHS = 100  # steps of the weight's slider from 1 to 10, and from 1 to 0.1
 
@@ -49,7 +50,12 @@ class PointsPanel(QWidget):
         self.weight = NumberEdit("Weight", "Weight of the selected points; 1 is neutral")
         self.slider = QSlider(Qt.Orientation.Horizontal)
         self.problem = note(role="problem")
+        self.alone = note("Numbers move the selected points only: no symmetry, no soft selection.")
         self.fields = QWidget()
+        self._timer = QTimer(self)
+        self._timer.setSingleShot(True)
+        self._timer.setInterval(FOLLOW_MS)
+        self._timer.timeout.connect(self.fill)
         self._lay_out()
         self._connect()
         self.fill()
@@ -76,7 +82,7 @@ class PointsPanel(QWidget):
         form.addRow("&Weight", row)
         form.labelForField(row).setBuddy(self.weight)  # type: ignore[attr-defined]
         layout = QVBoxLayout(self)
-        for widget in (self.heading, self.hint, self.fields, self.problem):
+        for widget in (self.heading, self.hint, self.fields, self.alone, self.problem):
             layout.addWidget(widget)
         layout.addStretch(1)
 
@@ -95,10 +101,13 @@ class PointsPanel(QWidget):
             (self._studio.document.selection_changed, self.fill),
             (self._studio.document.moved, self.fill),
             (self._studio.document.structure_changed, self.fill),
+            (self._studio.document.moving, self._on_moving),
+            (self._studio.state.mode_changed, self._on_mode),
         )
 
     def close_panel(self) -> None:
         """Stop listening."""
+        self._timer.stop()
         self._listening.stop()
 
     def paint_with(self, _theme: Theme) -> None:
@@ -117,6 +126,7 @@ class PointsPanel(QWidget):
         """Show the selection."""
         item, points = self._studio.document.model.active_lattice, self._points()
         self.fields.setVisible(bool(points))
+        self._on_mode()
         self.hint.setVisible(not points)
         say(self.problem, "")
         if item is None or not points:
@@ -132,6 +142,17 @@ class PointsPanel(QWidget):
         weight = _common(item.current.weights[where][:, None])[0]
         self.weight.put(weight, "mixed")
         self._show_weight(weight)
+
+    def _on_mode(self) -> None:
+        """What a drag would take along stays where it is when a number is typed: say so."""
+        state = self._studio.state
+        spreads = state.soft or state.mirror >= 0
+        self.alone.setVisible(spreads and bool(self._points()))
+
+    def _on_moving(self) -> None:
+        """During a drag, follow it some times a second: typing into a field costs more."""
+        if self._weighing is None and not self._timer.isActive():
+            self._timer.start()
 
     def _title(self, points: list[Index], item: LatticeItem) -> None:
         frozen = sum(bool(item.frozen_mask[point]) for point in points)

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from typing import Any
 
 from PySide6.QtCore import QPoint, QSize, Qt, QTimer
-from PySide6.QtGui import QAction, QColor, QKeyEvent
+from PySide6.QtGui import QAction, QColor, QKeyEvent, QResizeEvent
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QColorDialog,
@@ -14,17 +14,19 @@ from PySide6.QtWidgets import (
     QMenu,
     QTreeWidget,
     QTreeWidgetItem,
-    QTreeWidgetItemIterator,
 )
 
 from ffdstudio.gui.listening import Listening
+from ffdstudio.gui.panels.fields import note
 from ffdstudio.gui.resources import icon
 from ffdstudio.gui.studio import Studio
 from ffdstudio.gui.theme import Theme
 from ffdstudio.project import commands as c
 from ffdstudio.project.model import Body, LatticeItem
 
+EMPTY = "Nothing is open yet. Open a mesh (Ctrl+O), drop files into the window, or try an example."
 KEY, MARKER = Qt.ItemDataRole.UserRole, Qt.ItemDataRole.UserRole + 1
+Place = tuple[str, str | None]
 CHECKABLE = Qt.ItemFlag.ItemIsUserCheckable
 
 
@@ -53,6 +55,10 @@ class TreePanel(QTreeWidget):
         self.itemDoubleClicked.connect(self._on_double_click)
         self.itemExpanded.connect(lambda item: self._open.add(item.data(0, KEY)))
         self.itemCollapsed.connect(lambda item: self._open.discard(item.data(0, KEY)))
+        self._hint = note(EMPTY)
+        self._hint.setParent(self.viewport())
+        self._hint.setAlignment(Qt.AlignmentFlag.AlignTop)
+        self._hint.setMargin(9)
         self._listening = Listening((studio.document.structure_changed, self.fill))
         self.fill()
 
@@ -78,52 +84,98 @@ class TreePanel(QTreeWidget):
     # ---- filling ----------------------------------------------------------------------------
 
     def fill(self) -> None:
-        """Show the model."""
-        model, theme = self._studio.document.model, self._studio.theme
-        chosen = _place(self.currentItem())
+        """Show the model.
+
+        Rows are kept as long as they stand for the same things: a change of a row is told from
+        inside Qt's code for that row, which crashes if the row is gone when it goes on. The
+        keyboard and the scroll bar so keep their places, too.
+        """
         self._filling = True
-        self.clear()
-        for body in model.bodies:
-            self._add_body(body, theme)
-        for lattice in model.lattices:
-            self._add_lattice(lattice, lattice.key == model.active, theme)
-        for item in self._items():
-            if _place(item) == chosen:
-                self.setCurrentItem(item)
+        wanted = self._wanted()
+        if [_place_of(item) for item in self._rows()] != wanted:
+            self._build(wanted)
+        self._dress()
         self._filling = False
+        self._hint.setVisible(not wanted)
 
-    def _items(self) -> Iterator[QTreeWidgetItem]:
-        """All rows, markers after their body."""
-        walk = QTreeWidgetItemIterator(self)
-        while (item := walk.value()) is not None:
-            yield item
-            walk += 1
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        self._hint.setGeometry(self.viewport().rect())
 
-    def _row(self, key: str, name: str, note: str, visible: bool) -> QTreeWidgetItem:
-        item = QTreeWidgetItem([name, note])
-        item.setData(0, KEY, key)
+    def _wanted(self) -> list[Place]:
+        """Key of each row, and marker of those below a body."""
+        model, found = self._studio.document.model, []
+        for body in model.bodies:
+            found += [(body.key, None), *((body.key, name) for name in body.mesh.marker_counts)]
+        return found + [(lattice.key, None) for lattice in model.lattices]
+
+    def _rows(self) -> list[QTreeWidgetItem]:
+        """All rows from top to bottom, folded ones too."""
+        found = []
+        for number in range(self.topLevelItemCount()):
+            top = self.topLevelItem(number)
+            assert top is not None
+            found.append(top)
+            found += [child for k in range(top.childCount()) if (child := top.child(k))]
+        return found
+
+    def _build(self, places: list[Place]) -> None:
+        """Make all rows anew; the same one is marked again, or the one it belonged to."""
+        chosen, there = _place_of(self.currentItem()), self.verticalScrollBar().value()
+        self.clear()
+        parent = None
+        for key, marker in places:
+            item = QTreeWidgetItem()
+            item.setData(0, KEY, key)
+            item.setData(0, MARKER, marker)
+            item.setTextAlignment(1, Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
+            if marker is None or parent is None:
+                parent = item
+                self.addTopLevelItem(item)
+            else:
+                parent.addChild(item)
+            if (key, marker) in (chosen, (chosen[0], None)):
+                self.setCurrentItem(item)
+        for item in self._rows():
+            item.setExpanded(item.data(0, MARKER) is None and item.data(0, KEY) in self._open)
+        self.verticalScrollBar().setValue(there)
+
+    def _dress(self) -> None:
+        """Write and colour all rows."""
+        model, theme = self._studio.document.model, self._studio.theme
+        bodies = {body.key: body for body in model.bodies}
+        for item in self._rows():
+            key, marker = _place_of(item)
+            if marker is not None:
+                self._dress_marker(item, bodies[key], marker)
+            elif key in bodies:
+                self._dress_body(item, bodies[key], theme)
+            else:
+                self._dress_lattice(item, model.lattice(key), key == model.active, theme)
+
+    def _write(self, item: QTreeWidgetItem, name: str, note: str, visible: bool) -> None:
+        item.setText(0, name)
+        item.setText(1, note)
         item.setFlags(item.flags() | CHECKABLE | Qt.ItemFlag.ItemIsEditable)
         item.setCheckState(0, Qt.CheckState.Checked if visible else Qt.CheckState.Unchecked)
         item.setForeground(1, QColor(self._studio.theme["muted"]))
-        item.setTextAlignment(1, Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
-        return item
 
-    def _add_body(self, body: Body, theme: Theme) -> None:
-        item = self._row(body.key, body.name, count_text(len(body.mesh.points)), body.visible)
+    def _dress_body(self, item: QTreeWidgetItem, body: Body, theme: Theme) -> None:
+        self._write(item, body.name, count_text(len(body.mesh.points)), body.visible)
         item.setIcon(0, icon("cube", body.colour or theme["mesh"]))
         item.setToolTip(0, f"{body.path}\n{len(body.mesh.points)} nodes")
-        self.addTopLevelItem(item)
-        for name, count in body.mesh.marker_counts.items():
-            child = self._row(body.key, name, count_text(count), name not in body.hidden_markers)
-            child.setFlags(child.flags() & ~Qt.ItemFlag.ItemIsEditable)
-            child.setData(0, MARKER, name)
-            child.setToolTip(0, f"Marker {name}: {count} boundary elements")
-            item.addChild(child)
-        item.setExpanded(body.key in self._open)
 
-    def _add_lattice(self, lattice: LatticeItem, active: bool, theme: Theme) -> None:
+    def _dress_marker(self, item: QTreeWidgetItem, body: Body, name: str) -> None:
+        count = body.mesh.marker_counts[name]
+        self._write(item, name, count_text(count), name not in body.hidden_markers)
+        item.setFlags(item.flags() & ~Qt.ItemFlag.ItemIsEditable)
+        item.setToolTip(0, f"Marker {name}: {count} boundary elements")
+
+    def _dress_lattice(
+        self, item: QTreeWidgetItem, lattice: LatticeItem, active: bool, theme: Theme
+    ) -> None:
         note = "×".join(str(n) for n in lattice.rest.shape)
-        item = self._row(lattice.key, lattice.name, note, lattice.visible)
+        self._write(item, lattice.name, note, lattice.visible)
         colour = theme["selected"] if active else theme["muted"]
         item.setIcon(0, icon("grid" if lattice.enabled else "grid-off", colour))
         font = item.font(0)
@@ -131,7 +183,6 @@ class TreePanel(QTreeWidget):
         item.setFont(0, font)
         state = "being edited" if active else "double click to edit it"
         item.setToolTip(0, f"Lattice {lattice.name}: {state}")
-        self.addTopLevelItem(item)
 
     # ---- what the user does -----------------------------------------------------------------
 
@@ -157,8 +208,8 @@ class TreePanel(QTreeWidget):
 
     def _rename(self, key: str) -> None:
         """Ask for a name again, with the keyboard here: letters would be commands elsewhere."""
-        for item in self._items():
-            if _place(item) == (key, None):
+        for item in self._rows():
+            if _place_of(item) == (key, None):
                 self.setFocus(Qt.FocusReason.OtherFocusReason)
                 self.setCurrentItem(item)
                 self.editItem(item, 0)
@@ -213,9 +264,9 @@ class TreePanel(QTreeWidget):
 
     def _only(self, key: str, marker: str) -> None:
         body = self._studio.document.model.body(key)
-        others = tuple(m for m in body.mesh.markers if m != marker)
-        if others:
-            self._studio.do(c.ShowMarkers(key, others, False))
+        others = frozenset(body.mesh.markers) - {marker}
+        if not body.visible or body.hidden_markers != others:
+            self._studio.do(c.IsolateMarker(key, marker))
 
     def _ask_colour(self, key: str) -> None:
         body = self._studio.document.model.body(key)
@@ -225,9 +276,9 @@ class TreePanel(QTreeWidget):
             self._studio.do(c.Colour(key, dialog.currentColor().name()))
 
 
-def _place(item: QTreeWidgetItem | None) -> tuple[str, str | None] | None:
-    """Key and marker of a row: what it is about, however often the tree is filled."""
-    return None if item is None else (item.data(0, KEY), item.data(0, MARKER))
+def _place_of(item: QTreeWidgetItem | None) -> Place:
+    """Key and marker of a row."""
+    return ("", None) if item is None else (item.data(0, KEY), item.data(0, MARKER))
 
 
 def count_text(count: int) -> str:

@@ -5,9 +5,17 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtGui import QColor
-from PySide6.QtWidgets import QHeaderView, QTreeWidget, QTreeWidgetItem
+from PySide6.QtWidgets import (
+    QGridLayout,
+    QHeaderView,
+    QLabel,
+    QTreeWidget,
+    QTreeWidgetItem,
+    QWidget,
+)
 
+from ffdstudio.gui.panels.fields import note
+from ffdstudio.gui.quality.notes import put
 from ffdstudio.gui.theme import Theme
 from ffdstudio.meshes.measures import MEASURES
 from ffdstudio.project.checking import Digest, against
@@ -16,20 +24,74 @@ if TYPE_CHECKING:
     from ffdstudio.meshes.measures.report import Report
 
 RIGHT = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
+LEFT = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
 CELL = Qt.ItemDataRole.UserRole
-ROW = 22  # pixels
 
 
-class _List(QTreeWidget):
-    """Flat list with one wide column and numbers beside it."""
+class LimitList(QWidget):
+    """A solver's limits with the cells beyond them, undeformed and now.
 
-    def __init__(self, name: str, columns: list[str], wide: int) -> None:
+    Labels in a grid, which show a limit in full on as many lines as it takes. The header of a
+    tree was painted over what lies below the panel when it was cut by the panel's edge.
+    """
+
+    def __init__(self) -> None:
         super().__init__()
-        self.setAccessibleName(name)
+        self.setAccessibleName("Cells beyond the limits")
+        self._grid = QGridLayout(self)
+        self._grid.setContentsMargins(4, 2, 4, 2)
+        self._grid.setVerticalSpacing(2)
+        self._grid.setColumnStretch(0, 1)
+        self.rows: list[list[QLabel]] = []
+        self._add(["Cells with", "undeformed", "now"], "muted")
+
+    def _add(self, texts: list[str], role: str) -> list[QLabel]:
+        """Put labels into the next row."""
+        number, labels = self._grid.rowCount(), []
+        for column, text in enumerate(texts):
+            label = note(text, role)
+            label.setWordWrap(column == 0)
+            label.setAlignment(RIGHT if column else LEFT)
+            self._grid.addWidget(label, number, column)
+            labels.append(label)
+        return labels
+
+    def fill(self, report: Report, preset: str, _theme: Theme) -> None:
+        """Count the cells against a preset; more than before are marked."""
+        found = against(report, preset)
+        while len(self.rows) < len(found):
+            self.rows.append(self._add(["", "", ""], ""))
+        for number, row in enumerate(self.rows):
+            for label in row:
+                label.setVisible(number < len(found))
+        for row, (limit, before, now) in zip(self.rows, found, strict=False):
+            measure = MEASURES[limit.measure]
+            unit = "°" if measure.unit == "degrees" else ""
+            row[0].setText(f"{measure.title} {limit.relation} {limit.value:g}{unit}")
+            row[0].setToolTip(f"{measure.title} as defined by: {measure.standard}")
+            row[1].setText(spaced(before))
+            put(row[2], spaced(now), "" if not now else "problem" if now > before else "warning")
+
+
+class WorstList(QTreeWidget):
+    """The worst cells; emits `picked` with the number of one that was clicked or chosen by key."""
+
+    picked = Signal(int)
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.setAccessibleName("Worst cells")
         self.setRootIsDecorated(False)
         self.setUniformRowHeights(True)
-        self.setHeaderLabels(columns)
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        self._make_columns(["Cell", "value", "change", "at"], 3)
+        self.setToolTip("Click a cell, or move with the arrow keys, to fly there")
+        self.itemClicked.connect(self._pick)
+        self.currentItemChanged.connect(self._on_current)
+        self._filling = self._fitted = False
+
+    def _make_columns(self, columns: list[str], wide: int) -> None:
+        self.setHeaderLabels(columns)
         header = self.header()
         header.setStretchLastSection(False)
         header.setMinimumSectionSize(30)
@@ -49,44 +111,11 @@ class _List(QTreeWidget):
         return item
 
     def _fit(self, rows: int) -> None:
-        """Be as high as so many rows."""
-        height = self.sizeHintForRow(0) if self.topLevelItemCount() else ROW
-        self.setFixedHeight(self.header().sizeHint().height() + rows * max(height, 16) + 6)
-
-
-class LimitList(_List):
-    """A solver's limits with the cells beyond them, undeformed and now."""
-
-    def __init__(self) -> None:
-        super().__init__("Cells beyond the limits", ["Cells with", "undeformed", "now"], 0)
-        self.setSelectionMode(QTreeWidget.SelectionMode.NoSelection)
-
-    def fill(self, report: Report, preset: str, theme: Theme) -> None:
-        """Count the cells against a preset; more than before are marked."""
-        self.clear()
-        for limit, before, now in against(report, preset):
-            measure = MEASURES[limit.measure]
-            unit = "°" if measure.unit == "degrees" else ""
-            name = f"{measure.title} {limit.relation} {limit.value:g}{unit}"
-            item = self._add([name, spaced(before), spaced(now)])
-            item.setToolTip(0, f"{measure.title} as defined by: {measure.standard}")
-            if now:
-                colour = theme["danger"] if now > before else theme["warning"]
-                item.setForeground(2, QColor(colour))
-        self._fit(max(1, self.topLevelItemCount()))
-
-
-class WorstList(_List):
-    """The worst cells; emits `picked` with the number of one that was clicked or chosen by key."""
-
-    picked = Signal(int)
-
-    def __init__(self) -> None:
-        super().__init__("Worst cells", ["Cell", "value", "change", "at"], 3)
-        self.setToolTip("Click a cell, or move with the arrow keys, to fly there")
-        self.itemClicked.connect(self._pick)
-        self.currentItemChanged.connect(self._on_current)
-        self._filling = False
+        """Be as high as so many rows, once it is known how high they are."""
+        if not self._fitted and self.topLevelItemCount():
+            height = self.header().sizeHint().height() + rows * max(self.sizeHintForRow(0), 16)
+            self.setFixedHeight(height + 6)
+            self._fitted = True
 
     def fill(self, digest: Digest, picked: int) -> None:
         """Show the worst cells of a measure."""

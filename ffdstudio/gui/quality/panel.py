@@ -31,6 +31,7 @@ from ffdstudio.project.folding import Foldings
 from ffdstudio.project.guarding import Warden
 
 if TYPE_CHECKING:
+    from ffdstudio.meshes import Mesh
     from ffdstudio.meshes.measures.report import Report
 
 
@@ -42,6 +43,7 @@ class QualityPanel(QStackedWidget):
     ) -> None:
         super().__init__()
         self._studio, self._checks, self._choice = studio, checks, choice
+        self._mesh: Mesh | None = None  # the one that a picked cell is of
         self.empty = note()
         self.empty.setAlignment(Qt.AlignmentFlag.AlignTop)
         self.empty.setMargin(9)
@@ -148,6 +150,10 @@ class QualityPanel(QStackedWidget):
         self._form.setRowVisible(self.body, len(bodies) > 1)
         if self._choice.wanted.body not in {body.key for body in bodies}:
             self._choice.want(body=bodies[0].key if bodies else "")
+        mesh = next((b.mesh for b in bodies if b.key == self._choice.wanted.body), None)
+        if mesh is not self._mesh:  # keys begin anew with each project
+            self._mesh = mesh
+            self._choice.want(cell=-1)
         self.fill()
 
     def _on_key(self, _key: str) -> None:

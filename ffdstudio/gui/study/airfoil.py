@@ -16,7 +16,6 @@ from PySide6.QtWidgets import (
     QDoubleSpinBox,
     QHBoxLayout,
     QLabel,
-    QSizePolicy,
     QSplitter,
     QStackedLayout,
     QVBoxLayout,
@@ -27,8 +26,9 @@ from ffdstudio.errors import InputError
 from ffdstudio.gui.errors import sentence
 from ffdstudio.gui.listening import Listening
 from ffdstudio.gui.panels.fields import note, say
+from ffdstudio.gui.start import Elided
 from ffdstudio.gui.studio import Studio
-from ffdstudio.gui.study.plots import make_plot, narrow, paint_plot
+from ffdstudio.gui.study.plots import make_plot, narrow, paint_plot, put_key
 from ffdstudio.gui.study.runner import StudyRunner
 from ffdstudio.gui.theme import Theme
 from ffdstudio.project.airfoils import Profile, profiles
@@ -67,8 +67,7 @@ class AirfoilPanel(QWidget):
         self.comb = _switch("Co&mb", "Curvature comb: teeth as long as the root of the curvature")
         self.show_error = _switch("E&rror", "Distance to the target, with Kulfan's tolerance", True)
         self.show_pressure = _switch("&Cp", "Pressure by the panel method: inviscid", True)
-        self.lift = QLabel()
-        self.lift.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
+        self.lift = Elided("", "", Qt.TextElideMode.ElideRight)
         self.lift.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
         self.problem = note(role="problem")
         self.shape = make_plot("Section", "x / c", "y / c")
@@ -227,7 +226,7 @@ class AirfoilPanel(QWidget):
         if view.pressure is not None and self.show_pressure.isChecked():
             aim = f" (target {view.aim.lift:.4f})" if view.aim is not None else ""
             parts.append(f"CL {view.pressure.lift:.4f}{aim}")
-        self.lift.setText(" · ".join(parts))
+        self.lift.put(" · ".join(reversed(parts)))
         self.lift.setToolTip("\n".join(parts))
 
 
@@ -252,18 +251,13 @@ class _Curves:
         shape.setAspectLocked(True)
         shape.getPlotItem().setLabel("left", "")
         pressure.getPlotItem().invertY(True)
-        for plot in (shape, error, pressure):
-            plot.addLegend(offset=(-2, 1), verSpacing=-6, labelTextSize="8pt")
         self.teeth, self.tips = shape.plot(connect="pairs"), shape.plot()
-        self.source = shape.plot(name="source")
-        self.target = shape.plot(name="target")
-        self.current = shape.plot(name="current")
-        self.bands = [error.plot(name="Kulfan" if k == 0 else None) for k in range(2)]
-        self.sides = [error.plot(name=name) for name in ("upper", "lower")]
+        self.source, self.target, self.current = shape.plot(), shape.plot(), shape.plot()
+        self.bands = [error.plot() for _ in range(2)]
+        self.sides = [error.plot() for _ in range(2)]
         self.zero = pg.InfiniteLine(0.0, angle=0)
         error.addItem(self.zero, ignoreBounds=True)
-        self.aim = pressure.plot(name="target")
-        self.cp = pressure.plot(name="current")
+        self.aim, self.cp = pressure.plot(), pressure.plot()
         self.plots = (shape, error, pressure)
 
     def paint_with(self, theme: Theme) -> None:
@@ -285,6 +279,13 @@ class _Curves:
         ):
             item.setPen(pg.mkPen(colour, width=width, style=style or Qt.PenStyle.SolidLine))
         self.zero.setPen(pg.mkPen(theme["border"]))
+        target, current = ("┄", "target", theme["hovered"]), ("━", "current", strong)
+        shape, error, pressure = self.plots
+        put_key(shape, ("┈", "source", muted), target, current)
+        put_key(
+            error, ("┄", "Kulfan", muted), ("━", "upper", strong), ("━", "lower", theme["axis_i"])
+        )
+        put_key(pressure, target, current)
 
     def draw(self, view: SectionView, comb: bool) -> None:
         from ffdstudio.optimize.sections import kulfan_tolerance

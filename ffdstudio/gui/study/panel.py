@@ -56,35 +56,45 @@ class StudyPanel(QWidget):
         return button
 
     def _lay_out(self) -> None:
-        area = QScrollArea()
-        area.setWidget(self.form)
-        area.setWidgetResizable(True)
-        area.setFrameShape(QScrollArea.Shape.NoFrame)
-        area.setFocusPolicy(Qt.FocusPolicy.NoFocus)  # it follows the field that has it
-        area.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
-        self.form.setMinimumWidth(0)
+        self.area = QScrollArea()
+        self.area.setWidget(self._sheet())
+        self.area.setWidgetResizable(True)
+        self.area.setFrameShape(QScrollArea.Shape.NoFrame)
+        self.area.setFocusPolicy(Qt.FocusPolicy.NoFocus)  # it follows the field that has it
+        self.area.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         buttons = QHBoxLayout()
         buttons.setSpacing(4)
         for button in (self.start, self.pause, self.step, self.stop):
             buttons.addWidget(button)
             button.setMinimumWidth(44)
+        buttons.setContentsMargins(8, 0, 8, 8)
         page, blank = QWidget(), QWidget()
-        below = QVBoxLayout()
-        below.setContentsMargins(8, 0, 8, 8)
-        below.setSpacing(4)
-        for label in (self.heading, self.figures, self.cells, self.shown, self.problem):
-            below.addWidget(label)
-        below.addLayout(buttons)
         layout = QVBoxLayout(page)
         layout.setContentsMargins(0, 0, 0, 0)
-        layout.addWidget(area, 1)
-        layout.addLayout(below)
+        layout.setSpacing(4)
+        layout.addWidget(self.area, 1)
+        layout.addLayout(buttons)
         inner = QVBoxLayout(blank)
         inner.addWidget(note(EMPTY))
         inner.addStretch(1)
         self.pages = QStackedLayout(self)
         self.pages.addWidget(blank)
         self.pages.addWidget(page)
+
+    def _sheet(self) -> QWidget:
+        """What goes on, above the form; both are scrolled, so that notes keep their lines."""
+        sheet, notes = QWidget(), QVBoxLayout()
+        notes.setContentsMargins(8, 4, 8, 0)
+        notes.setSpacing(4)
+        for label in (self.heading, self.figures, self.cells, self.shown, self.problem):
+            notes.addWidget(label)
+        self.form.setMinimumWidth(0)
+        layout = QVBoxLayout(sheet)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.setSpacing(0)
+        layout.addLayout(notes)
+        layout.addWidget(self.form, 1)
+        return sheet
 
     def _connect(self) -> None:
         runner = self._runner
@@ -143,6 +153,8 @@ class StudyPanel(QWidget):
         failed = run is not None and not alive and run.note.startswith("failed: ")
         note = run.note.removeprefix("failed: ") if failed and run is not None else ""
         say(self.problem, runner.problem or sentence(note) if note else runner.problem)
+        if alive or self.problem.text():  # what goes on stands at the top
+            self.area.verticalScrollBar().setValue(0)
         text = "" if run is None else f"{run.name}: {STATES[run.state]}"
         if run is not None and run.state == "done":
             text += ", failed" if failed else f", {run.note}"

@@ -19,6 +19,9 @@ SERIES = {
 }
 
 
+KEY_HEIGHT = 18  # pixels
+
+
 def series(theme: Theme, number: int) -> str:
     """Colour of the curve of that number."""
     colours = SERIES[theme.name]
@@ -39,6 +42,15 @@ def make_plot(name: str, x: str, y: str) -> Any:
     plot.getPlotItem().setClipToView(True)
     plot.setMinimumSize(110, 110)
     return plot
+
+
+def put_key(plot: Any, *curves: tuple[str, str, str]) -> None:
+    """Tell curves by mark, name and colour in a line above a plot, where it hides none of them."""
+    words = [f'<span style="color: {colour}">{mark} {name}</span>' for mark, name, colour in curves]
+    item = plot.getPlotItem()
+    item.setTitle("&nbsp; ".join(words), size="8pt")
+    item.titleLabel.setMaximumHeight(KEY_HEIGHT)
+    item.layout.setRowFixedHeight(0, KEY_HEIGHT)
 
 
 def paint_plot(plot: Any, theme: Theme) -> None:

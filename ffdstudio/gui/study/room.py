@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from ffdstudio.gui.study.panel import StudyPanel
     from ffdstudio.gui.study.refine import RefinePanel
 
-BELOW = ("Convergence", "Airfoil", "Refine here")
+BELOW = {"Convergence": 2, "Airfoil": 3, "Refine here": 2}  # with their shares of the width
 BELOW_HEIGHT, POINTS_HEIGHT = 260, 130
 
 
@@ -130,16 +130,26 @@ class StudyRoom:
         return made
 
     def _show(self, *titles: str) -> None:
-        fresh = not any(self.docks[title].isVisible() for title in BELOW)
+        before = {title for title in BELOW if self.docks[title].isVisible()}
         for title in titles:
             self.docks[title].show()
             self.docks[title].raise_()
-        below = [self.docks[title] for title in titles if title in BELOW]
-        if fresh and below:
-            heights = [max(BELOW_HEIGHT, self._window.height() // 3)] * len(below)
-            self._window.resizeDocks(below, heights, Qt.Orientation.Vertical)
-            widths = [self._window.width()] * len(below)
-            self._window.resizeDocks(below, widths, Qt.Orientation.Horizontal)
+        if {title for title in titles if title in BELOW} - before:
+            self._share(not before)
+
+    def _share(self, fresh: bool) -> None:
+        """Give the docks below the picture their shares of the width, at first a height too."""
+        window, below = self._window, list[QDockWidget]()
+        for title in BELOW:
+            dock, beside = self.docks[title], window.tabifiedDockWidgets(self.docks[title])
+            if dock.isVisible() and not dock.isFloating() and not set(beside) & set(below):
+                below.append(dock)
+        if fresh:
+            heights = [max(BELOW_HEIGHT, window.height() // 3)] * len(below)
+            window.resizeDocks(below, heights, Qt.Orientation.Vertical)
+        shares = [BELOW[dock.windowTitle()] for dock in below]
+        widths = [window.width() * share // sum(shares) for share in shares]
+        window.resizeDocks(below, widths, Qt.Orientation.Horizontal)
 
     # ---- actions, by their names in the table ---------------------------------------------------
 

@@ -7,7 +7,6 @@ from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPolygonF
 from PySide6.QtWidgets import (
     QHBoxLayout,
     QPushButton,
-    QSizePolicy,
     QSlider,
     QStyle,
     QStyleOptionSlider,
@@ -17,8 +16,8 @@ from PySide6.QtWidgets import (
 )
 
 from ffdstudio.gui.listening import Listening
-from ffdstudio.gui.panels.fields import note
 from ffdstudio.gui.resources import icon
+from ffdstudio.gui.start import Elided
 from ffdstudio.gui.study.runner import StudyRunner
 from ffdstudio.gui.theme import Theme
 
@@ -83,9 +82,7 @@ class Timeline(QWidget):
         super().__init__()
         self._runner = runner
         self.slider = MarkedSlider()
-        self.text = note()
-        self.text.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
-        self.text.setWordWrap(False)
+        self.text = Elided("", "muted", Qt.TextElideMode.ElideRight)
         self.first = self._tool("skip-backward", "First iterate", lambda: self._to(0))
         self.back = self._tool("step-backward", "One iterate back", lambda: self._by(-1))
         self.ahead = self._tool("step-forward", "One iterate on", lambda: self._by(1))
@@ -164,7 +161,7 @@ class Timeline(QWidget):
             text = EMPTY
         else:
             text = f"{run.name}: {place + 1} of {count} · {run.sentence(place)}"
-        self.text.setText(text)
+        self.text.put(text)
         self.text.setToolTip(text)
 
     def _by(self, step: int) -> None:

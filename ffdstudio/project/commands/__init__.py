@@ -32,6 +32,7 @@ from ffdstudio.project.commands.scene import (
     TreatBoxes,
 )
 from ffdstudio.project.commands.shapes import BlendShapes, RemoveShape, SaveShape
+from ffdstudio.project.commands.showing import IsolateMarker, ShowAll
 
 COMMANDS: dict[str, type[Command]] = {
     command.verb: command
@@ -46,6 +47,7 @@ COMMANDS: dict[str, type[Command]] = {
         FreezeLayers,
         InsertKnots,
         Isolate,
+        IsolateMarker,
         MovePoints,
         OpenMesh,
         Refit,
@@ -57,6 +59,7 @@ COMMANDS: dict[str, type[Command]] = {
         SaveShape,
         SetWeights,
         Show,
+        ShowAll,
         ShowMarkers,
         TreatBoxes,
         UseIterate,
@@ -77,6 +80,7 @@ __all__ = [
     "FreezeLayers",
     "InsertKnots",
     "Isolate",
+    "IsolateMarker",
     "MovePoints",
     "OpenMesh",
     "Refit",
@@ -88,6 +92,7 @@ __all__ = [
     "SaveShape",
     "SetWeights",
     "Show",
+    "ShowAll",
     "ShowMarkers",
     "TreatBoxes",
     "UseIterate",

@@ -101,8 +101,19 @@ class FreezeLayers(Command):
         current = reset(item, frozen_mask(item.rest.shape, self.layers, item.open_faces))
         return model.with_(replace(item, frozen=self.layers, current=current))
 
+    def lost(self, model: Model) -> int:
+        """Count the control points that go back to rest."""
+        item = model.lattice(self.item)
+        moved = (item.current.control_points != item.rest.control_points).any(axis=-1)
+        changed = moved | (item.current.weights != item.rest.weights)
+        return int((changed & frozen_mask(item.rest.shape, self.layers)).sum())
+
     def label(self, model: Model) -> str:
-        return f"Freeze {self.layers} layer{'' if self.layers == 1 else 's'}"
+        lost, text = (
+            self.lost(model),
+            f"Freeze {self.layers} layer{'' if self.layers == 1 else 's'}",
+        )
+        return f"{text}, reset {lost} point{'' if lost == 1 else 's'}" if lost else text
 
 
 @dataclass(frozen=True)
