@@ -16,7 +16,7 @@ from ffdstudio.errors import InputError
 from ffdstudio.optimize.contour import Contour
 from ffdstudio.optimize.metrics import Surface
 from ffdstudio.optimize.objectives.distance import ContourDistance, SurfaceDistance
-from ffdstudio.optimize.rules import Rules
+from ffdstudio.optimize.rules import AXES, Rules
 from ffdstudio.optimize.sections import Section, kulfan_tolerance, target_contour, trailing_gap
 from ffdstudio.optimize.space import Insertion
 from ffdstudio.optimize.study import Task
@@ -136,14 +136,14 @@ def _inner(rest: Lattice, columns: int) -> Array:
 
 
 def surface_task(
-    source: Any, target: Any, shape: tuple[int, int, int], metric: str, adaptive: bool
+    source: Any, target: Any, shape: tuple[int, int, int], metric: str, directions: str
 ) -> FitTask:
-    """Fit of a surface in 3D: displacements in all directions, refined in all three."""
+    """Fit of a surface in 3D: displacements in the given directions, refined in all three."""
     points, triangles = surface_of(source)
     distance = SurfaceDistance(*surface_of(target))
     rest = Lattice.around(points, shape=shape, margin=MARGIN)
     embedding = embed(rest, points)
-    rules = Rules(directions=((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)))
+    rules = Rules(directions=tuple(AXES[letter] for letter in directions))
     surface = Surface.triangles(points, triangles)
     task = Task(distance, embedding, surface, rules, metric=metric)
     found = FitTask(task, rest, embedding, (0, 1, 2), distance)

@@ -8,6 +8,7 @@ level is refined.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, Self
 
 import numpy as np
@@ -20,6 +21,7 @@ from ffdstudio.optimize.metrics import Surface, Whitening
 from ffdstudio.optimize.space import DesignSpace, Insertion
 
 Array = NDArray[np.float64]
+CONTROL_SHARE = 0.1  # of the displacements of control points, beside those of the surface
 
 
 @dataclass(frozen=True)
@@ -103,6 +105,18 @@ class Level:
             return self.shapes
         coordinates = np.linalg.lstsq(self.factor @ self.fields, self.white.frame, rcond=None)[0]
         return self.fields @ coordinates
+
+    @cached_property
+    def displacement_cost(self) -> Array:
+        """(k, size) factor of what displacements cost where nothing else fixes them.
+
+        The squared displacement of the surface in H1, so that a patch rather moves as a whole
+        than folds, and a tenth of the mean squared one of the control points, for some of them
+        hardly move the surface.
+        """
+        metric = _kron(self.body.surface.factor("h1"), len(self.coordinates))
+        own = np.sqrt(CONTROL_SHARE / len(self.white.matrix)) * self.white.matrix
+        return np.vstack([np.linalg.qr(metric @ self.shapes, mode="r"), own])
 
     def at(self, z: Array) -> Array:
         """(n, 3) points."""

@@ -18,7 +18,13 @@ from numpy.typing import NDArray
 from ffdstudio.engine import Lattice
 from ffdstudio.optimize.control import Stopped
 from ffdstudio.optimize.level import Body, Level
-from ffdstudio.optimize.methods.problem import Memory, Trial, carried_directions
+from ffdstudio.optimize.methods.problem import (
+    CONVERGED,
+    STALLED,
+    Memory,
+    Trial,
+    carried_directions,
+)
 from ffdstudio.optimize.objectives.remembered import EvaluationError
 from ffdstudio.optimize.record import History, Log, Record, pack
 from ffdstudio.optimize.refine.choice import choose, due, rank
@@ -33,7 +39,9 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 Listener = Callable[[Record], None]
-ENDED_WELL = ("converged", "tolerance reached")
+DUE = "refinement due"
+ON_A_LEVEL = (CONVERGED, STALLED, DUE)  # more can be had from another level only
+ENDED_WELL = (CONVERGED, STALLED, "tolerance reached")
 MET = 1e-8  # violation of a constraint that a coarser lattice may have
 
 
@@ -84,7 +92,7 @@ class Run:
         kept: _Kept | None = None
         while True:
             note, over = self._one_level(), True
-            if note in ("converged", "refinement due") and kept is None:
+            if note in ON_A_LEVEL and kept is None:
                 over = not self._refine()
             if (
                 over
@@ -94,11 +102,11 @@ class Run:
                 self._go_back(kept)
             if not over:
                 continue
-            if kept is None and note in ("converged", "refinement due") and self._inserted:
+            if kept is None and note in ON_A_LEVEL and self._inserted:
                 kept = self._relocate()
                 if kept is not None:
                     continue
-            return self._ended("converged" if note == "refinement due" else note)
+            return self._ended(CONVERGED if note == DUE else note)
 
     def _coarsened(self, note: str) -> str:
         """Remove knots as long as the cost allows it; returns why the study ended."""
@@ -152,9 +160,9 @@ class Run:
         """Run the method on the present level; returns what ended it."""
         try:
             start = self._open_level()
-            self.study.method(self.problem, start, self.memory)
+            return self.study.method(self.problem, start, self.memory)
         except _RefinementDue:
-            return "refinement due"
+            return DUE
         except BudgetSpent as spent:
             return str(spent)
         except Stopped:
@@ -163,7 +171,6 @@ class Run:
             if not self.history.iterates:
                 raise
             return f"failed: {failed}"
-        return "converged"
 
     def _relocate(self) -> _Kept | None:
         """Move the inserted knots; returns what to go back to if that does not help."""
@@ -233,7 +240,8 @@ class Run:
         ]
         plain = self.task.metric == "none"
         directions = (None, None) if plain else carried_directions(self.memory, matrix)
-        self.memory = Memory(pairs, *directions, scale=self.memory.scale)
+        known = self.memory
+        self.memory = Memory(pairs, *directions, scale=known.scale, steepest=known.steepest)
 
     # ---- what the problem tells -------------------------------------------------------------
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ffdstudio.optimize.level import Level
-from ffdstudio.optimize.methods.least_squares import largest
+from ffdstudio.optimize.methods.minimax import largest
 from ffdstudio.optimize.methods.problem import Trial, parts
 from ffdstudio.optimize.objectives.base import Evaluation, TakesVariables
 from ffdstudio.optimize.refine.sensitivity import Adjoint, Differences, Residuals, Sensitivity
@@ -119,7 +119,19 @@ class LevelProblem:
 
     def longest(self, direction: Array) -> float:
         """Multiple of a direction that moves no point by more than a fiftieth of the extent."""
-        return FIRST_MOVE * self.extent / float(np.abs(self.level.shapes @ direction).max())
+        move = float(np.abs(self.level.shapes @ direction).max())
+        return FIRST_MOVE * self.extent / move if move > 0 else np.inf
+
+    def displacement_cost(self, trial: Trial) -> Array | None:
+        """See `methods.problem.Problem`: needed where points may slide along a target.
+
+        On a surface in 3D they do so with one direction as well, where it is nearly tangential;
+        on sections the vertical direction alone is known to need no help.
+        """
+        spatial = self.level.space.rest.dimension == 3
+        felt = 3 if spatial else len(self.level.coordinates)
+        sliding = len(parts(trial)[0]) < felt * len(self.level.points)
+        return self.level.displacement_cost if sliding else None
 
     def report(self, trial: Trial) -> None:
         """Hear of an iterate."""

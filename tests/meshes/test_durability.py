@@ -169,9 +169,7 @@ def survive(works: list[Export], kills: int, seed: int) -> dict[str, int]:
     return counts
 
 
-@pytest.mark.parametrize(
-    "kills", [10, pytest.param(200, marks=pytest.mark.campaign)]
-)
+@pytest.mark.parametrize("kills", [10, pytest.param(200, marks=pytest.mark.campaign)])
 def test_a_process_killed_at_random_moments_leaves_old_or_new_meshes(export, kills):
     names = ("new.su2", "raw.vtu", "v41_binary.msh", "case", "packed_case")
     works = [export(name) for name in (*names, "plain.cgns", "packed.cgns", "packed.exo")]

@@ -124,9 +124,7 @@ def test_a_process_that_dies_at_any_call_leaves_the_old_project_or_the_new(work)
         assert work.read() == [1, 1, 1]
 
 
-@pytest.mark.parametrize(
-    "kills", [10, pytest.param(200, marks=pytest.mark.campaign)]
-)
+@pytest.mark.parametrize("kills", [10, pytest.param(200, marks=pytest.mark.campaign)])
 def test_a_process_killed_at_random_moments_leaves_old_or_new_files(work, kills):
     random = np.random.default_rng(kills)
 

@@ -12,10 +12,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from ffdstudio.optimize.methods.problem import Array, Memory, Problem, Trial
+from ffdstudio.optimize.methods.problem import CONVERGED, Array, Memory, Problem, Trial
 
 
-def conjugate_directions(problem: Problem, z: Array, memory: Memory) -> None:
+def conjugate_directions(problem: Problem, z: Array, memory: Memory) -> str:
     """Minimise by lines along a set of directions that becomes conjugate."""
     here = problem.value(z)
     if memory.directions is None or memory.curvatures is None:
@@ -29,7 +29,7 @@ def conjugate_directions(problem: Problem, z: Array, memory: Memory) -> None:
             if before - here.value > largest:
                 largest, which = before - here.value, k
         if start.value - here.value <= 1e-8 * abs(start.value):
-            return
+            return CONVERGED
         here = _extend(problem, start, here, largest, which, directions, curvatures)
         problem.report(here)
 

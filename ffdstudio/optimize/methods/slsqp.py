@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from ffdstudio.optimize.methods.problem import Array, Memory, Problem
+from ffdstudio.optimize.methods.problem import CONVERGED, Array, Memory, Problem
 
 PATIENCE, STILL = 6, 1e-7
 FARTHEST = 5.0  # first moves in each variable
@@ -27,7 +27,7 @@ class _Still(Exception):
     """The cost does not change any more."""
 
 
-def slsqp(problem: Problem, z: Array, memory: Memory) -> None:
+def slsqp(problem: Problem, z: Array, memory: Memory) -> str:
     """Minimise under the problem's constraints."""
     from scipy.optimize import minimize
 
@@ -58,6 +58,7 @@ def slsqp(problem: Problem, z: Array, memory: Memory) -> None:
             callback=report,
             options={"maxiter": 500, "ftol": 1e-9 * scale * max(abs(start.value), 1e-12)},
         )
+    return CONVERGED
 
 
 def _constraints(problem: Any) -> list[dict[str, Any]]:
