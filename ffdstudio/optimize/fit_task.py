@@ -17,7 +17,13 @@ from ffdstudio.optimize.contour import Contour
 from ffdstudio.optimize.metrics import Surface
 from ffdstudio.optimize.objectives.distance import ContourDistance, SurfaceDistance
 from ffdstudio.optimize.rules import AXES, Rules
-from ffdstudio.optimize.sections import Section, kulfan_tolerance, target_contour, trailing_gap
+from ffdstudio.optimize.sections import (
+    Section,
+    is_naca,
+    kulfan_tolerance,
+    target_contour,
+    trailing_gap,
+)
 from ffdstudio.optimize.space import Insertion
 from ffdstudio.optimize.study import Task
 
@@ -102,7 +108,7 @@ def section_task(
     With `movable` the inner knots count as inserted, so that a relocation may move them.
     """
     contour = target_contour(target)
-    gap = trailing_gap(contour) - (0.0 if isinstance(source, str) else _own_gap(source))
+    gap = trailing_gap(contour) - (0.0 if is_naca(source) else _own_gap(source))
     section = Section.of(source, gap)
     columns = 4 if movable else shape[0]
     rest = section_box(section.points, (columns, shape[1]), spacing)

@@ -5,6 +5,7 @@ import pytest
 
 import ffdstudio as ffd
 from ffdstudio.errors import InputError
+from ffdstudio.meshes.airfoil import naca4
 from ffdstudio.optimize.contour import Contour, upper_side
 from ffdstudio.optimize.metrics import Surface
 from ffdstudio.optimize.objectives.distance import ContourDistance, PointDistance, SurfaceDistance
@@ -93,6 +94,14 @@ def test_twelve_pairs(shared):
     ratios = [ffd.fit(s, t, adaptive=None).rms / ffd.fit(s, t).rms for s, t in pairs]
     assert min(ratios) >= 1
     assert sum(ratio >= 3 for ratio in ratios) >= 8
+
+
+def test_an_open_trailing_edge_of_the_source_is_not_opened_again(tmp_path):
+    open_edge = naca4("0012", 61, closed=False)
+    path = tmp_path / "open.dat"
+    path.write_text("open\n" + "\n".join(f"{x:.9f} {y:.9f}" for x, y in open_edge) + "\n")
+    for source in (str(path), path):
+        assert ffd.fit(source, str(path), columns=6).rms < 1e-8
 
 
 def test_a_contour_made_by_a_known_lattice_is_recovered():
