@@ -24,6 +24,7 @@ from ffdstudio.optimize.methods.problem import (
     Memory,
     Trial,
     carried_directions,
+    worth,
 )
 from ffdstudio.optimize.objectives.remembered import EvaluationError
 from ffdstudio.optimize.record import History, Log, Record, pack
@@ -114,7 +115,8 @@ class Run:
         if settings is None or settings.coarsen is None or note not in ENDED_WELL:
             return note
         self._growing = False
-        allowed = (1 + settings.coarsen) * self.problem.merit(self.best)
+        merit = self.problem.merit(self.best)
+        allowed = merit + settings.coarsen * self._worth(merit)
         allowed = max(allowed, self.budget.tolerance or 0.0)
         violation = max(MET, self._violation())
         while self._inserted:
@@ -139,6 +141,10 @@ class Run:
         self._inserted = [c for c in self._inserted if c is not gone]
         self._begin_anew(f"removed: {_told(gone)}")
         return self._one_level()
+
+    def _worth(self, merit: float) -> float:
+        first = self.history.iterates[0].cost
+        return abs(merit) if self.problem.largest else worth(merit, first)
 
     def _violation(self) -> float:
         points = self.level.at(self.best.z)
@@ -216,7 +222,7 @@ class Run:
             sensitivity = self.problem.sensitivity(self.best)
         except BudgetSpent:
             return []
-        chosen = choose(self.level, sensitivity, settings, abs(self.best.value))
+        chosen = choose(self.level, sensitivity, settings, self._worth(self.best.value))
         self._inserted = [*self._inserted, *chosen]
         if chosen:
             self.level, carried = self.level.refined(chosen, z)
@@ -242,6 +248,7 @@ class Run:
         directions = (None, None) if plain else carried_directions(self.memory, matrix)
         known = self.memory
         self.memory = Memory(pairs, *directions, scale=known.scale, steepest=known.steepest)
+        self.memory.highest, self.memory.fall = known.highest, known.fall
 
     # ---- what the problem tells -------------------------------------------------------------
 
@@ -269,10 +276,12 @@ class Run:
         if settings is None or full or not self._growing:
             return False
 
+        first = self.history.iterates[0].cost
+
         def best_gain() -> float:
             return rank(self.level, self.problem.sensitivity(trial), settings).best
 
-        return due(settings, len(self._values) - 1, self._values, trial.gradient, best_gain)
+        return due(settings, len(self._values) - 1, self._values, first, trial.gradient, best_gain)
 
     def _iterate(self, trial: Trial) -> None:
         lattice = self.level.space.at(self.level.white.matrix @ trial.z)

@@ -13,6 +13,7 @@ from ffdstudio.optimize.level import Level
 from ffdstudio.optimize.methods.minimax import largest
 from ffdstudio.optimize.methods.problem import Trial, parts
 from ffdstudio.optimize.objectives.base import Evaluation, TakesVariables
+from ffdstudio.optimize.objectives.failures import NotFinite
 from ffdstudio.optimize.refine.sensitivity import Adjoint, Differences, Residuals, Sensitivity
 
 if TYPE_CHECKING:
@@ -94,7 +95,8 @@ class LevelProblem:
         if last is not None and last.gradient is not None and np.array_equal(last.z, z):
             return last
         if not self.task.objective.differentiable:
-            return self._by_differences(z)
+            here = self.value(z)
+            return self._by_differences(z) if np.isfinite(here.value) else here
         return self._evaluated(z, gradient=True)
 
     def residuals(self, z: Array) -> Trial:
@@ -151,9 +153,22 @@ class LevelProblem:
         points, objective = self.level.at(z), self.task.objective
         if isinstance(objective, TakesVariables):
             objective.variables = (self.level.white.matrix @ z).tolist()
-        found = objective.evaluate(points, gradient)
+        try:
+            found = objective.evaluate(points, gradient)
+        except NotFinite:
+            if self._last is None:
+                raise
+            return self._without_value(z)
         self._count(found)
         return self._trial(z, points, found)
+
+    def _without_value(self, z: Array) -> Trial:
+        """Trial of a shape whose cost is no number: worse than any, so that steps get shorter."""
+        self.counts.evaluations += 1
+        self.counts.flow += 1
+        self._last = Trial(np.array(z), np.inf, np.zeros(self.size))
+        self.on_trial(self._last)
+        return self._last
 
     def _count(self, found: Evaluation) -> None:
         self.counts.evaluations += 1

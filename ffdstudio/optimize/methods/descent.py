@@ -8,7 +8,7 @@ from ffdstudio.optimize.methods.line_search import search
 from ffdstudio.optimize.methods.problem import CONVERGED, Array, Memory, Problem, Trial, ended
 
 DEPTH = 40  # pairs
-STILL = 1e-9  # an iteration that gains less, relative to the cost, is the last
+STILL = 1e-9  # of the cost or its decrease so far: an iteration that gains less is the last
 
 
 def lbfgs(problem: Problem, z: Array, memory: Memory) -> str:
@@ -30,7 +30,7 @@ def lbfgs(problem: Problem, z: Array, memory: Memory) -> str:
         _remember(memory, here, found)
         gained, here = here.value - found.value, found
         problem.report(here)
-        if gained <= STILL * abs(here.value):
+        if gained <= STILL * memory.worth(here.value):
             return CONVERGED
     return CONVERGED
 
@@ -64,12 +64,12 @@ def conjugate_gradients(problem: Problem, z: Array, memory: Memory) -> str:
     """Non-linear conjugate gradients (Polak and Ribiere, restarted when beta < 0)."""
     here = problem.gradient(z)
     memory.meet(here)
-    direction, step = -here.slope, 0.0
+    direction, step, steepest = -here.slope, 0.0, True
     while here.slope.any():
         first = step or min(1.0, problem.longest(direction))
         found = search(problem, here, direction, first, curvature=0.1)
-        if found is None and not np.array_equal(direction, -here.slope):
-            direction, step = -here.slope, 0.0
+        if found is None and not steepest:
+            direction, step, steepest = -here.slope, 0.0, True
             continue
         if found is None:
             return ended(problem, here, memory)
@@ -80,9 +80,10 @@ def conjugate_gradients(problem: Problem, z: Array, memory: Memory) -> str:
         slope = float(here.slope @ direction)
         here = found
         problem.report(here)
-        if gained <= STILL * abs(here.value):
+        if gained <= STILL * memory.worth(here.value):
             return CONVERGED
-        if not following @ here.slope < 0:
+        steepest = not following @ here.slope < 0
+        if steepest:
             following = -here.slope
         # the next step is expected to lower the cost as the last one did
         step = float(taken) * slope / float(here.slope @ following)

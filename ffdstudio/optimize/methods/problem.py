@@ -62,7 +62,8 @@ class Memory:
     A pair is the step and the differences of the gradient: by the variables, and on the
     surface, from where they carry over into any finer space exactly. `scale` turns a gradient
     into a step for methods that begin each level with a unit Hessian; `steepest` is the largest
-    gradient that a level has begun with.
+    gradient and `highest` the largest cost that a level has begun with, `fall` what the last
+    round of conjugate directions has gained.
     """
 
     pairs: list[tuple[Array, Array, Array | None]] = field(default_factory=list)
@@ -70,10 +71,18 @@ class Memory:
     curvatures: Array | None = None
     scale: float | None = None
     steepest: float = 0.0
+    highest: float = -np.inf
+    fall: float = np.inf
 
     def meet(self, start: Trial) -> None:
-        """Note the gradient that a level begins with."""
-        self.steepest = max(self.steepest, float(np.linalg.norm(start.slope)))
+        """Note the cost and the gradient that a level begins with."""
+        self.highest = max(self.highest, start.value)
+        if start.gradient is not None:
+            self.steepest = max(self.steepest, float(np.linalg.norm(start.gradient)))
+
+    def worth(self, value: float) -> float:
+        """What a decrease of the cost is compared with, see `worth`."""
+        return worth(value, self.highest)
 
 
 class Problem(Protocol):
@@ -115,6 +124,15 @@ class Problem(Protocol):
     def report(self, trial: Trial) -> None:
         """Hear of an iterate; may raise to end the method."""
         ...
+
+
+def worth(value: float, first: float) -> float:
+    """What a decrease of a cost is compared with.
+
+    The cost itself, or the decrease since the beginning if that is less: a cost may be negative
+    or far from zero at its least, drag or minus the lift for example.
+    """
+    return min(abs(value), max(first - value, 0.0))
 
 
 def ended(problem: Problem, here: Trial, memory: Memory) -> str:

@@ -20,6 +20,7 @@ import numpy as np
 from ffdstudio.optimize.methods.problem import CONVERGED, Array, Memory, Problem
 
 PATIENCE, STILL = 6, 1e-7
+MUCH = 1e6
 FARTHEST = 5.0  # first moves in each variable
 
 
@@ -32,10 +33,13 @@ def slsqp(problem: Problem, z: Array, memory: Memory) -> str:
     from scipy.optimize import minimize
 
     start = problem.gradient(z)
-    if memory.scale is None:
+    memory.meet(start)
+    if memory.scale is None and start.slope.any():
         memory.scale = problem.longest(start.slope)
-    scale = memory.scale
+    scale = memory.scale or 1.0
+    size = min(abs(start.value), scale * memory.steepest**2)  # what a first step may hope for
     reach = [FARTHEST * problem.longest(e) for e in np.eye(problem.size)]
+    worst = start.value + MUCH * max(abs(start.value), 1.0)  # SciPy cannot go back from infinity
     seen: list[float] = []
 
     def report(x: Array) -> None:
@@ -43,20 +47,20 @@ def slsqp(problem: Problem, z: Array, memory: Memory) -> str:
         problem.report(trial)
         seen.append(trial.value)
         last = seen[-PATIENCE:]
-        if len(last) == PATIENCE and max(last) - min(last) <= STILL * abs(trial.value):
+        if len(last) == PATIENCE and max(last) - min(last) <= STILL * memory.worth(trial.value):
             raise _Still
 
     solve: Any = minimize  # its stubs know no scaled functions
     with contextlib.suppress(_Still):
         solve(
-            lambda x: scale * problem.gradient(x).value,
+            lambda x: scale * min(problem.gradient(x).value, worst),
             z,
             jac=lambda x: scale * problem.gradient(x).slope,
             method="SLSQP",
             bounds=[(a - r, a + r) for a, r in zip(z, reach, strict=True)],
             constraints=_constraints(problem),
             callback=report,
-            options={"maxiter": 500, "ftol": 1e-9 * scale * max(abs(start.value), 1e-12)},
+            options={"maxiter": 500, "ftol": 1e-9 * scale * max(size, 1e-12)},
         )
     return CONVERGED
 
