@@ -104,9 +104,13 @@ def test_an_open_trailing_edge_of_the_source_is_not_opened_again(tmp_path):
         assert ffd.fit(source, str(path), columns=6).rms < 1e-8
 
 
-def test_a_contour_made_by_a_known_lattice_is_recovered():
-    points, lattice = section(201), columns(9)
-    target = bumped(lattice, points)
+@pytest.mark.parametrize(
+    ("count", "rows", "size"),
+    [(9, 2, 0.02), (20, 2, 0.02), (9, 2, 0.05), (12, 3, 0.05), (20, 2, 0.05)],
+)
+def test_a_contour_made_by_a_known_lattice_is_recovered(count, rows, size):
+    points, lattice = section(201), columns(count, rows=rows)
+    target = bumped(lattice, points, size)
     objective = ContourDistance(Contour.through(target), upper_side(points))
     history = Study(task(objective, lattice, points, "l2"), "gauss-newton").run()
     reached = ffd.embed(lattice, points).deform(history.lattice(-1))
