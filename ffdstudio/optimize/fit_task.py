@@ -21,6 +21,7 @@ from ffdstudio.optimize.sections import (
     Section,
     is_naca,
     kulfan_tolerance,
+    points_for,
     target_contour,
     trailing_gap,
 )
@@ -102,14 +103,16 @@ def section_task(
     spacing: str,
     norm: str,
     movable: bool,
+    variables: int = 0,
 ) -> FitTask:
     """Fit of a section: vertical displacements, cubic in x, rows of degree rows - 1 in y.
 
-    With `movable` the inner knots count as inserted, so that a relocation may move them.
+    With `movable` the inner knots count as inserted, so that a relocation may move them; of
+    `variables` at the end there are so many that the points suffice for them.
     """
     contour = target_contour(target)
     gap = trailing_gap(contour) - (0.0 if is_naca(source) else _own_gap(source))
-    section = Section.of(source, gap)
+    section = Section.of(source, gap, points_for(variables))
     columns = 4 if movable else shape[0]
     rest = section_box(section.points, (columns, shape[1]), spacing)
     weight = kulfan_tolerance(section.points[:, 0]) if norm == "max" else None

@@ -15,6 +15,7 @@ from ffdstudio.optimize.fit_result import FitResult, result_of
 from ffdstudio.optimize.fit_task import FitTask, section_task, surface_of, surface_task
 from ffdstudio.optimize.refine.choice import Refinement
 from ffdstudio.optimize.rules import AXES
+from ffdstudio.optimize.sections import POINTS_PER_VARIABLE
 from ffdstudio.optimize.solver import Budget
 from ffdstudio.optimize.study import Listener, Study
 
@@ -131,15 +132,17 @@ def fit(
         layers = layers or 2
         task = surface_task(source, target, (first, rows, layers), metric, directions or "xyz")
         column = len(task.task.rules.directions) * rows * layers
+        _check_points(task, columns * column if adaptive is None else first * column)
     elif layers is not None:
         raise InputError("layers are for surfaces in 3D; the source is a section")
     elif directions is not None:
         raise InputError("directions are for surfaces in 3D; a section is deformed in y")
     else:
-        task = section_task(
-            source, target, (first, rows), metric, spacing, norm, adaptive is not None
-        )
         column = rows
+        task = section_task(
+            source, target, (first, rows), metric, spacing, norm, adaptive is not None,
+            variables or columns * rows,
+        )  # fmt: skip
     final = variables or columns * column
     if final < first * column:
         raise InputError(
@@ -207,6 +210,15 @@ def _check_directions(directions: str | None) -> None:
         return
     if not directions or not set(directions) <= set(AXES) or len(set(directions)) < len(directions):
         raise InputError(f"directions are letters out of xyz, each once, got {directions!r}")
+
+
+def _check_points(task: FitTask, variables: int) -> None:
+    most = len(task.judged.points) // POINTS_PER_VARIABLE
+    if variables > most:
+        raise InputError(
+            f"the {len(task.judged.points)} points of the source suffice for {most} variables, "
+            f"not for {variables}"
+        )
 
 
 def _check_pair(source: Any, target: Any) -> None:

@@ -28,7 +28,7 @@ from ffdstudio.optimize.methods.problem import (
 )
 from ffdstudio.optimize.objectives.remembered import EvaluationError
 from ffdstudio.optimize.record import History, Log, Record, pack
-from ffdstudio.optimize.refine.choice import choose, due, rank
+from ffdstudio.optimize.refine.choice import choose, due, limit, rank
 from ffdstudio.optimize.refine.coarsen import coarsened
 from ffdstudio.optimize.refine.relocate import relocated
 from ffdstudio.optimize.solver import BudgetSpent, Counts, LevelProblem
@@ -43,6 +43,7 @@ Listener = Callable[[Record], None]
 DUE = "refinement due"
 ON_A_LEVEL = (CONVERGED, STALLED, DUE)  # more can be had from another level only
 ENDED_WELL = (CONVERGED, STALLED, "tolerance reached")
+ALLOWED = 1e-6  # violation of a constraint that counts as met at the end
 MET = 1e-8  # violation of a constraint that a coarser lattice may have
 
 
@@ -73,6 +74,7 @@ class Run:
         self.counts, self.memory = Counts(), Memory()
         self._inserted, self._growing = list(self.task.knots), True
         self._reached: Trial | None = None
+        self._limit = ""
         self.best: Trial
 
     def to_the_end(self) -> None:
@@ -84,7 +86,7 @@ class Run:
                 note = self._coarsened(self._levels())
         finally:
             self._log.close()
-        best = self.best
+        best, note = self.best, self._in_full(note)
         self._record("end", best.value, y=self._y(best.z), note=note)
         self._log.close()
 
@@ -93,7 +95,7 @@ class Run:
         kept: _Kept | None = None
         while True:
             note, over = self._one_level(), True
-            if note in ON_A_LEVEL and kept is None:
+            if _kind(note) in ON_A_LEVEL and kept is None:
                 over = not self._refine()
             if (
                 over
@@ -103,16 +105,24 @@ class Run:
                 self._go_back(kept)
             if not over:
                 continue
-            if kept is None and note in ON_A_LEVEL and self._inserted:
+            if kept is None and _kind(note) in ON_A_LEVEL and self._inserted:
                 kept = self._relocate()
                 if kept is not None:
                     continue
             return self._ended(CONVERGED if note == DUE else note)
 
+    def _in_full(self, note: str) -> str:
+        """Why the study ended, with constraints that are not met and a guard that ended growth."""
+        if self._violation() > ALLOWED:
+            if note == CONVERGED and self.problem.constrained:
+                note = STALLED
+            note += "; constraints not met"
+        return f"{note}; {self._limit}" if self._limit else note
+
     def _coarsened(self, note: str) -> str:
         """Remove knots as long as the cost allows it; returns why the study ended."""
         settings = self.refinement
-        if settings is None or settings.coarsen is None or note not in ENDED_WELL:
+        if settings is None or settings.coarsen is None or _kind(note) not in ENDED_WELL:
             return note
         self._growing = False
         merit = self.problem.merit(self.best)
@@ -123,11 +133,11 @@ class Run:
             kept = self._kept()
             ended = self._remove()
             merit = self.problem.merit(self.best)
-            if ended in ENDED_WELL and merit <= allowed and self._violation() <= violation:
+            if _kind(ended) in ENDED_WELL and merit <= allowed and self._violation() <= violation:
                 self._ended(ended)
                 continue
             self._go_back(kept)
-            return self._ended(note if ended in ENDED_WELL else ended)
+            return self._ended(note if _kind(ended) in ENDED_WELL else ended)
         return note
 
     def _remove(self) -> str:
@@ -223,6 +233,7 @@ class Run:
         except BudgetSpent:
             return []
         chosen = choose(self.level, sensitivity, settings, self._worth(self.best.value))
+        self._limit = "" if chosen else limit(self.level, settings)
         self._inserted = [*self._inserted, *chosen]
         if chosen:
             self.level, carried = self.level.refined(chosen, z)
@@ -315,6 +326,11 @@ class Run:
         self.history.records.append(record)
         if self._listener is not None:
             self._listener(record)
+
+
+def _kind(note: str) -> str:
+    """What a method returned, without its reason."""
+    return note.partition(":")[0]
 
 
 def _told(new: Insertion) -> str:

@@ -1,6 +1,7 @@
 """Airfoil sections as sources and targets of fits, and how a fit is judged.
 
-1. A fit moves 301 cosine-spaced points; it is judged on 2001 others, never on its own.
+1. A fit moves 301 cosine-spaced points, or four a variable if that is more; it is judged on
+   2001 others, never on its own.
 2. A closed trailing edge cannot be opened by a lattice, for both of its points share one
    parameter: the source is given the target's gap first.
 3. Kulfan's tolerance: 4e-4 of the chord for x < 0.2, 8e-4 aft of it (B. M. Kulfan, Universal
@@ -17,11 +18,13 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
+from ffdstudio.errors import InputError
 from ffdstudio.meshes.airfoil import naca4, read_airfoil
 from ffdstudio.optimize.contour import Contour, Mask, cosine_abscissae, upper_side
 
 Array = NDArray[np.float64]
 FIT_POINTS, DENSE_POINTS = 301, 2001
+POINTS_PER_VARIABLE = 4  # fewer, and a fit oscillates between its points
 NACA = re.compile(r"(?:naca[ -]?)?\d{4}", re.IGNORECASE)
 
 
@@ -58,6 +61,26 @@ class Section:
             side = np.where(upper_side(contour), 0.5, -0.5)
             contour[:, 1] += gap * side * contour[:, 0]
         return cls(points, dense, upper_side(points), upper_side(dense))
+
+
+def points_for(variables: int) -> int:
+    """Odd number of points of a fit with so many variables.
+
+    Raises
+    ------
+    InputError
+        If they are more than the dense contour can judge.
+
+    Examples
+    --------
+    >>> points_for(70), points_for(100)
+    (301, 401)
+    """
+    count = max(FIT_POINTS, POINTS_PER_VARIABLE * variables // 2 * 2 + 1)
+    if count > DENSE_POINTS:
+        most = DENSE_POINTS // POINTS_PER_VARIABLE
+        raise InputError(f"a section is fitted with at most {most} variables, not {variables}")
+    return count
 
 
 def sampled(source: str | os.PathLike[str] | Array, count: int) -> Array:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -113,6 +113,24 @@ def choose(
     if settings.indicator == "gain":
         return _greedy(level, sensitivity, settings, ranking)
     return _one_a_span(level, settings, ranking)
+
+
+def limit(level: Level, settings: Refinement) -> str:
+    """Which guard leaves no candidate, in words; empty if it is none of them."""
+    left, guards = settings.variables - level.space.size, settings.guards
+    if any(c.size <= left for c in _all(level, settings)):
+        return ""
+    freed = replace(settings, guards=replace(guards, points_per_variable=1e-9))
+    sizes = [c.size for c in _all(level, freed)]
+    if sizes and min(sizes) > left:
+        return ""
+    reason = (
+        f"{guards.points_per_variable:g} points a variable are needed, and there are "
+        f"{len(level.points)}"
+        if sizes
+        else f"a knot needs {guards.points_beside} points on both sides within its span"
+    )
+    return f"growth ended at {level.space.size} of {settings.variables} variables: {reason}"
 
 
 def _all(level: Level, settings: Refinement) -> list[Candidate]:
