@@ -128,12 +128,16 @@ class LevelProblem:
         """See `methods.problem.Problem`: needed where points may slide along a target.
 
         On a surface in 3D they do so with one direction as well, where it is nearly tangential;
-        on sections the vertical direction alone is known to need no help.
+        on sections the vertical direction alone needs no help with two rows, and a mild
+        regularisation of bending with three or more.
         """
         spatial = self.level.space.rest.dimension == 3
         felt = 3 if spatial else len(self.level.coordinates)
         sliding = len(parts(trial)[0]) < felt * len(self.level.points)
-        return self.level.displacement_cost if sliding else None
+        if sliding:
+            return self.level.displacement_cost
+        shape = self.level.space.rest.shape
+        return self.level.bending_cost if len(shape) == 2 and shape[1] > 2 else None
 
     def report(self, trial: Trial) -> None:
         """Hear of an iterate."""

@@ -1,10 +1,12 @@
 """Fits that ask for many variables: enough points for them, and a word where growth ends."""
 
+import numpy as np
 import pytest
 
 import ffdstudio as ffd
 from ffdstudio.errors import InputError
-from ffdstudio.optimize.objectives.distance import PointDistance
+from ffdstudio.optimize.contour import Contour, upper_side
+from ffdstudio.optimize.objectives.distance import ContourDistance, PointDistance
 from ffdstudio.optimize.refine.candidates import Guards
 from ffdstudio.optimize.study import Refinement, Study
 from tests.optimize.cases import bumped, columns, section, task
@@ -23,6 +25,17 @@ def test_more_variables_than_can_be_judged_are_refused(root):
     skin = root / "sample_meshes" / "wing_skin.vtu"
     with pytest.raises(InputError, match="1120 points of the source suffice for 280"):
         ffd.fit(skin, skin, columns=10, rows=10, adaptive=None)
+
+
+def test_three_rows_leave_the_control_points_near(root):
+    points = section(301)
+    camber = points + [0, 0.12, 0] * (points[:, :1] * (1 - points[:, :1])) ** 0.7
+    objective = ContourDistance(Contour.through(camber), upper_side(points))
+    job = task(objective, columns(35, rows=3), points, "l2")
+    history = Study(job, "gauss-newton").run()
+    assert np.sqrt(2 * history.iterates[-1].cost) < 3e-5
+    step = history.lattice(-1).control_points - columns(35, rows=3).control_points
+    assert np.abs(step).max() < 1.5
 
 
 @pytest.mark.parametrize(
