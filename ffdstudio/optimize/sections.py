@@ -13,6 +13,7 @@ from __future__ import annotations
 import os
 import re
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Self
 
 import numpy as np
@@ -25,6 +26,8 @@ from ffdstudio.optimize.contour import Contour, Mask, cosine_abscissae, upper_si
 Array = NDArray[np.float64]
 FIT_POINTS, DENSE_POINTS = 301, 2001
 POINTS_PER_VARIABLE = 4  # fewer, and a fit oscillates between its points
+BASE, TURN = 0.05, 0.5  # half a base at most, of the chord; cosine of the turn at its corner
+LEAST_POINTS = 5
 NACA = re.compile(r"(?:naca[ -]?)?\d{4}", re.IGNORECASE)
 
 
@@ -94,9 +97,39 @@ def sampled(source: str | os.PathLike[str] | Array, count: int) -> Array:
 
 def target_contour(source: str | os.PathLike[str] | Array) -> Contour:
     """Normalised C2 contour of a file, a NACA section or an array of points."""
-    if isinstance(source, np.ndarray):
-        return Contour(source)
-    return Contour(naca4(str(source), points=201) if is_naca(source) else read_airfoil(source))
+    if is_naca(source):
+        return Contour(naca4(str(source), points=201))
+    return Contour(without_base(source if isinstance(source, np.ndarray) else read_airfoil(source)))
+
+
+def without_base(points: Array) -> Array:
+    """Contour without points between the corners of a blunt trailing edge.
+
+    Some files begin and end in the middle of the base. A spline through its corners would
+    overshoot, and the corners are where the two surfaces end.
+
+    Examples
+    --------
+    >>> nose = [[1, 0.1], [0.5, 0.2], [0, 0], [0.5, -0.2], [1, -0.1]]
+    >>> len(without_base(np.array([[1, 0], *nose, [1, 0]])))
+    5
+    """
+    first, last = _corner(points), len(points) - _corner(points[::-1])
+    return points[first:last] if last - first >= LEAST_POINTS else points
+
+
+def _corner(points: Array) -> int:
+    """Number of points on the base: those before a sharp turn that comes soon."""
+    steps = np.diff(points[:, :2], axis=0)
+    sizes = np.linalg.norm(steps, axis=1)
+    here = np.flatnonzero(sizes > 0)
+    travelled = np.cumsum(sizes)
+    for before, after in pairwise(here):
+        if travelled[before] > BASE * np.ptp(points[:, 0]):
+            break
+        if steps[before] @ steps[after] < TURN * sizes[before] * sizes[after]:
+            return int(after)
+    return 0
 
 
 def is_naca(source: object) -> bool:
