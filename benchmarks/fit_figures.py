@@ -1,4 +1,4 @@
-"""Figures of fits for `bench_adaptive.py`: equal numbers of variables, pairs of sections, a wing."""
+"""Figures of fits for `bench_adaptive.py`: equal variables, pairs of sections, a wing."""
 
 from __future__ import annotations
 

@@ -96,6 +96,10 @@ def test_twelve_pairs(shared):
     assert sum(ratio >= 3 for ratio in ratios) >= 8
 
 
+def test_a_thin_nose_does_not_catch_points_of_the_other_side(shared):
+    assert ffd.fit("naca0012", str(shared / "airfoils" / "ag35.dat"), adaptive=None).rms < 1e-5
+
+
 def test_an_open_trailing_edge_of_the_source_is_not_opened_again(tmp_path):
     open_edge = naca4("0012", 61, closed=False)
     path = tmp_path / "open.dat"
