@@ -23,6 +23,7 @@ from ffdstudio.optimize.sections import (
     kulfan_tolerance,
     points_for,
     target_contour,
+    trailing_ends,
     trailing_gap,
 )
 from ffdstudio.optimize.space import Insertion
@@ -112,7 +113,8 @@ def section_task(
     """
     contour = target_contour(target)
     gap = trailing_gap(contour) - (0.0 if is_naca(source) else _own_gap(source))
-    section = Section.of(source, gap, points_for(variables))
+    ends = trailing_ends(contour) / (1.0 if is_naca(source) else _own_ends(source))
+    section = Section.of(source, gap, points_for(variables), (ends[0], ends[1]))
     columns = 4 if movable else shape[0]
     rest = section_box(section.points, (columns, shape[1]), spacing)
     weight = kulfan_tolerance(section.points[:, 0]) if norm == "max" else None
@@ -130,6 +132,10 @@ def section_task(
 
 def _own_gap(source: Any) -> float:
     return trailing_gap(target_contour(source))
+
+
+def _own_ends(source: Any) -> Array:
+    return trailing_ends(target_contour(source))
 
 
 def section_box(points: Array, shape: tuple[int, int], spacing: str = "greville") -> Lattice:

@@ -3,7 +3,8 @@
 1. A fit moves 301 cosine-spaced points, or four a variable if that is more; it is judged on
    2001 others, never on its own.
 2. A closed trailing edge cannot be opened by a lattice, for both of its points share one
-   parameter: the source is given the target's gap first.
+   parameter: the source is given the target's gap first. Where the base is slanted, one surface
+   of the target ends before x = 1; the source ends there as well, for it only moves in y.
 3. Kulfan's tolerance: 4e-4 of the chord for x < 0.2, 8e-4 aft of it (B. M. Kulfan, Universal
    Parametric Geometry Representation Method, Journal of Aircraft 45 (1), 2008).
 """
@@ -50,7 +51,11 @@ class Section:
 
     @classmethod
     def of(
-        cls, source: str | os.PathLike[str] | Array, gap: float = 0.0, count: int = FIT_POINTS
+        cls,
+        source: str | os.PathLike[str] | Array,
+        gap: float = 0.0,
+        count: int = FIT_POINTS,
+        ends: tuple[float, float] = (1.0, 1.0),
     ) -> Self:
         """Section from a file, the name of a NACA four-digit section, or a contour.
 
@@ -58,12 +63,15 @@ class Section:
         ----------
         gap : float
             Thickness to add at the trailing edge, growing with x.
+        ends : tuple of float
+            Factors of x on the upper and the lower surface.
         """
         points, dense = sampled(source, count), sampled(source, DENSE_POINTS)
-        for contour in (points, dense):
-            side = np.where(upper_side(contour), 0.5, -0.5)
-            contour[:, 1] += gap * side * contour[:, 0]
-        return cls(points, dense, upper_side(points), upper_side(dense))
+        sides = upper_side(points), upper_side(dense)
+        for contour, upper in zip((points, dense), sides, strict=True):
+            contour[:, 1] += gap * np.where(upper, 0.5, -0.5) * contour[:, 0]
+            contour[:, 0] *= np.where(upper, *ends)
+        return cls(points, dense, *sides)
 
 
 def points_for(variables: int) -> int:
@@ -141,6 +149,11 @@ def trailing_gap(contour: Contour) -> float:
     """Vertical thickness at the trailing edge."""
     ends = contour.spline([0.0, contour.length])
     return float(ends[0, 1] - ends[1, 1])
+
+
+def trailing_ends(contour: Contour) -> Array:
+    """(2,) abscissae of the ends of the upper and the lower surface, chord 1."""
+    return np.asarray(contour.spline([0.0, contour.length])[:, 0])
 
 
 def kulfan_tolerance(x: Array) -> Array:
