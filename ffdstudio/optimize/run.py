@@ -221,6 +221,8 @@ class Run:
             self._iterate(self.best)
             self.study.control.check()
         self._values = [self.best.value]
+        if self._number == 0 and not self.task.constraints:
+            self.budget.check_cost(self.best.value)
         return self.best.z
 
     def _refine(self) -> list[Insertion]:

@@ -118,7 +118,7 @@ def without_base(points: Array) -> Array:
 
     Examples
     --------
-    >>> nose = [[1, 0.1], [0.5, 0.2], [0, 0], [0.5, -0.2], [1, -0.1]]
+    >>> nose = [[1, 0.02], [0.5, 0.2], [0, 0], [0.5, -0.2], [1, -0.02]]
     >>> len(without_base(np.array([[1, 0], *nose, [1, 0]])))
     5
     """

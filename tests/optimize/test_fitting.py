@@ -105,7 +105,9 @@ def test_an_open_trailing_edge_of_the_source_is_not_opened_again(tmp_path):
     path = tmp_path / "open.dat"
     path.write_text("open\n" + "\n".join(f"{x:.9f} {y:.9f}" for x, y in open_edge) + "\n")
     for source in (str(path), path):
-        assert ffd.fit(source, str(path), columns=6).rms < 1e-8
+        result = ffd.fit(source, str(path), columns=6)
+        assert result.rms < 1e-8
+        assert (result.ended, result.variables) == ("tolerance reached", 10)
 
 
 @pytest.mark.parametrize(
