@@ -14,7 +14,11 @@ from typing import Any
 ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT))
 
+import numpy as np  # noqa: E402
+
 import ffdstudio as ffd  # noqa: E402
+from benchmarks import fit_figures  # noqa: E402
+from ffdstudio.optimize.case import read_case  # noqa: E402
 from ffdstudio.optimize.objectives.flow import FlowTarget  # noqa: E402
 from ffdstudio.optimize.record import History  # noqa: E402
 from ffdstudio.optimize.sections import target_contour  # noqa: E402
@@ -28,8 +32,13 @@ POINTS = section(161)
 def main() -> None:
     paper()
     contour()
+    comparisons()
+    shapes()
     evaluations()
     pressures()
+    reachable()
+    adjoint()
+    constrained()
     timing()
 
 
@@ -40,10 +49,15 @@ def show(what: str, found: float, target: float, more: bool = False) -> None:
 
 
 def paper() -> None:
-    """The paper's own way: conjugate directions over control points, equally spaced columns."""
-    regular = ffd.fit(
-        "naca0012", RAE, adaptive=None, method="powell", metric="none", evaluations=10_000
-    )
+    """The paper's own way: conjugate directions over control points.
+
+    The rival has Greville columns, the spacing of adaptive fits; the paper's equally spaced
+    lattice is printed beside it.
+    """
+    same: dict[str, Any] = {"adaptive": None, "method": "powell", "metric": "none"}
+    equal = ffd.fit("naca0012", RAE, spacing="uniform", evaluations=10_000, **same)
+    regular = ffd.fit("naca0012", RAE, evaluations=10_000, **same)
+    print(f"conjugate directions, equally spaced: RMS {equal.rms:.2e}")
     adaptive = ffd.fit("naca0012", RAE, method="powell", metric="none", evaluations=10_000)
     met = next((h for h in adaptive.history if h["rms"] <= regular.rms), None)
     print(
@@ -75,6 +89,32 @@ def ratio(**options: Any) -> float:
     return ffd.fit("naca0012", RAE, **options).kulfan_ratio or 0.0
 
 
+def comparisons() -> None:
+    print("RMS / largest error at equal numbers of variables")
+    for count in (12, 20, 35):
+        fit_figures.at_equal_variables(RAE, count)
+
+
+def shapes() -> None:
+    ratios = fit_figures.pairs()
+    if len(ratios) == 12:
+        show("pairs, adaptive at least 3 times better", sum(r >= 3 for r in ratios), 8, more=True)
+        show("pairs, the least ratio", min(ratios), 1, more=True)
+    s1223 = fit_figures.shared("s1223", rows=3, relocate=False)
+    if s1223 is not None:
+        show(f"S1223, 3 rows, {s1223.variables} variables, largest error", s1223.max_error, 4e-4)
+    dae = fit_figures.shared("dae11", rows=3, start=4, columns=12, variables=16, row_wise=True)
+    if dae is not None:
+        show("DAE-11, 16 variables row-wise, of Kulfan's tolerance", dae.kulfan_ratio, 1)
+    for count, size in ((9, 0.02), (20, 0.02), (20, 0.05)):
+        found = fit_figures.recovered(count, size)
+        show(f"known lattice, {count} columns, amplitude {size}, recovered to", found, 1e-12)
+    adaptive, regular = fit_figures.wing()
+    print(f"wing: adaptive {adaptive.variables} variables RMS {adaptive.rms:.2e}, best regular "
+          f"{regular.variables} variables {regular.rms:.2e}")  # fmt: skip
+    show("  RMS, adaptive over the best regular with as many", adaptive.rms / regular.rms, 1)
+
+
 def evaluations() -> None:
     def until(limit: float, **options: Any) -> float:
         history = ffd.fit("naca0012", RAE, **options).history
@@ -102,6 +142,41 @@ def pressures() -> None:
                   carry_memory=False).run()  # fmt: skip
     forgotten = solves(plain, 1e-4 * start) / solves(static["greville"], 1e-4 * start)
     print(f"  the same with the memory dropped at refinements: {forgotten:.2f}")
+
+
+def reachable() -> None:
+    for count in (6, 12, 20):
+        fitted = ffd.fit("naca0012", RAE, columns=count, adaptive=None)
+        target = FlowTarget.like(ffd.embed(fitted.rest, POINTS).deform(fitted.lattice), [2.0])
+        goal = 1e-6 * target.evaluate(POINTS, False).value
+        record = Study(task(target, fitted.rest, POINTS)).run().first_below(goal)
+        found = float("inf") if record is None else record.evaluation
+        show(f"reachable pressures, N = {2 * count}, evaluations to 1e-6", found, 20)
+
+
+def adjoint() -> None:
+    """Against central differences of fourth order along a random direction."""
+    flow = FlowTarget([1.0, 3.0], lift=[0.4, 0.7], moment=[-0.05, -0.06])
+    along = np.zeros_like(POINTS)
+    along[:, 1] = np.random.default_rng(0).standard_normal(len(POINTS)) * np.abs(POINTS[:, 1])
+
+    def value(t: float) -> float:
+        return flow.evaluate(POINTS + t * along, False).value
+
+    h = 1e-4
+    slope = (8 * (value(h) - value(-h)) - (value(2 * h) - value(-2 * h))) / (12 * h)
+    gradient = flow.evaluate(POINTS).gradient
+    assert gradient is not None
+    show("adjoint, relative error", abs(float((gradient * along).sum()) / slope - 1), 1e-6)
+
+
+def constrained() -> None:
+    study = read_case(ROOT / "resources" / "cases" / "lift.toml").study
+    history = study.run()
+    last = history.iterates[-1].measures
+    violation = max(v for k, v in last.items() if k.startswith("violation"))
+    print(f"lift and thickness, slsqp, adaptive: {history.records[-1].note}")
+    show("  largest violation", violation, 1e-8)
 
 
 def solves(history: History, cost: float) -> float:

@@ -42,6 +42,7 @@ def add(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--metric", choices=("none", "l2", "h1"), default="l2")
     parser.add_argument("--row-wise", action="store_true", help="a new knot frees one row only")
     parser.add_argument("--spacing", choices=("greville", "uniform"), default="greville")
+    parser.add_argument("--directions", metavar="xyz", help="of displacements, 3D only (xyz)")
     parser.add_argument("--variables", type=whole, help="number of variables at the end")
     parser.add_argument("--evaluations", type=whole, help="budget of evaluations")
     parser.add_argument("--iterations", type=whole, help="budget of iterations")
@@ -64,7 +65,7 @@ def run(args: argparse.Namespace) -> int:
         adaptive=None if args.regular else args.adaptive, start=args.start, method=args.method,
         norm=args.norm, metric=args.metric, row_wise=args.row_wise, spacing=args.spacing,
         variables=args.variables, evaluations=args.evaluations, iterations=args.iterations,
-        tolerance=args.tolerance, folder=folder, listener=_tell,
+        tolerance=args.tolerance, directions=args.directions, folder=folder, listener=_tell,
     )  # fmt: skip
     figures = result.to_json()
     if folder is not None:
@@ -89,6 +90,7 @@ def _text(result: FitResult, folder: Path | None) -> str:
         ),
         f"{result.variables} variables, {net} control points, "
         f"{result.evaluations} evaluations, {result.iterations} iterations, {result.seconds:.2f} s",
+        f"ended: {result.ended}",
     ]
     if result.history[0]["rms"] <= NOTHING * extent(result.task):
         lines.append("the source meets the target as it is: nothing to gain")

@@ -31,10 +31,14 @@ class Budget:
 
     def check_iterate(self, iterations: int, cost: float) -> None:
         """Raise `BudgetSpent` at the limit of iterations or at the tolerance."""
-        if self.tolerance is not None and cost <= self.tolerance:
-            raise BudgetSpent("tolerance reached")
+        self.check_cost(cost)
         if self.iterations is not None and iterations >= self.iterations:
             raise BudgetSpent("iterations spent")
+
+    def check_cost(self, cost: float) -> None:
+        """Raise `BudgetSpent` at the tolerance."""
+        if self.tolerance is not None and cost <= self.tolerance:
+            raise BudgetSpent("tolerance reached")
 
     def check_evaluation(self, evaluations: int) -> None:
         """Raise `BudgetSpent` if no further evaluation is allowed."""

@@ -3,7 +3,8 @@
 1. Points run from the upper trailing edge over the nose to the lower trailing edge, so the
    upper surface is the part of the spline before the nose (its least x).
 2. The nearest point is sought on one surface only: near a sharp trailing edge a free search
-   jumps to the other one.
+   jumps to the other one. Around the nose the two overlap a little: points that were foremost
+   before a deformation may have come to lie just behind the nose of the deformed contour.
 3. Normalised means x in [0, 1] on the spline's true least x; y keeps its origin, for the
    nose of a tabulated section need not lie at y = 0.
 """
@@ -19,6 +20,8 @@ from ffdstudio.errors import InputError
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
+OVERLAP = 3e-4  # of the length: how far a surface reaches around the nose; with 1e-2 points of one
+# side settle on the other where the nose is sharp (AG35)
 
 
 class Footpoints(NamedTuple):
@@ -68,21 +71,25 @@ class Contour:
         self.length = float(s[-1])
         self.nose = _least_x(self.spline, s, xy)
         self.nose_x = float(self.spline(self.nose)[0])
+        over = OVERLAP * self.length
         self._tables = {
-            True: self._table(0.0, self.nose),
-            False: self._table(self.nose, self.length),
+            True: self._table(0.0, self.nose + over),
+            False: self._table(self.nose - over, self.length),
         }
 
     def _table(self, start: float, end: float) -> tuple[Array, Any]:
         """Parameters along one surface, dense, and a search tree of their points."""
         from scipy.spatial import cKDTree
 
+        s = self._dense(start, end)
+        return s, cKDTree(self.spline(s))
+
+    def _dense(self, start: float, end: float) -> Array:
         inner = self.spline.x[(self.spline.x > start) & (self.spline.x < end)]
         ends = np.concatenate([[start], inner, [end]])
-        s = np.interp(
+        return np.interp(
             np.linspace(0, len(ends) - 1, 12 * (len(ends) - 1) + 1), range(len(ends)), ends
         )
-        return s, cKDTree(self.spline(s))
 
     @classmethod
     def through(cls, points: ArrayLike) -> Self:
@@ -141,7 +148,8 @@ class Contour:
         for surface in (True, False):
             mine = upper == surface
             if mine.any():
-                s[mine] = self._parameter_at(x[mine], self._tables[surface][0])
+                ends = (0.0, self.nose) if surface else (self.nose, self.length)
+                s[mine] = self._parameter_at(x[mine], self._dense(*ends))
         return self.spline(s)
 
     def _parameter_at(self, x: Array, table: Array) -> Array:

@@ -16,8 +16,16 @@ from ffdstudio.errors import InputError
 from ffdstudio.optimize.contour import Contour
 from ffdstudio.optimize.metrics import Surface
 from ffdstudio.optimize.objectives.distance import ContourDistance, SurfaceDistance
-from ffdstudio.optimize.rules import Rules
-from ffdstudio.optimize.sections import Section, kulfan_tolerance, target_contour, trailing_gap
+from ffdstudio.optimize.rules import AXES, Rules
+from ffdstudio.optimize.sections import (
+    Section,
+    is_naca,
+    kulfan_tolerance,
+    points_for,
+    target_contour,
+    trailing_ends,
+    trailing_gap,
+)
 from ffdstudio.optimize.space import Insertion
 from ffdstudio.optimize.study import Task
 
@@ -96,14 +104,17 @@ def section_task(
     spacing: str,
     norm: str,
     movable: bool,
+    variables: int = 0,
 ) -> FitTask:
     """Fit of a section: vertical displacements, cubic in x, rows of degree rows - 1 in y.
 
-    With `movable` the inner knots count as inserted, so that a relocation may move them.
+    With `movable` the inner knots count as inserted, so that a relocation may move them; of
+    `variables` at the end there are so many that the points suffice for them.
     """
     contour = target_contour(target)
-    gap = trailing_gap(contour) - (0.0 if isinstance(source, str) else _own_gap(source))
-    section = Section.of(source, gap)
+    gap = trailing_gap(contour) - (0.0 if is_naca(source) else _own_gap(source))
+    ends = trailing_ends(contour) / (1.0 if is_naca(source) else _own_ends(source))
+    section = Section.of(source, gap, points_for(variables), (ends[0], ends[1]))
     columns = 4 if movable else shape[0]
     rest = section_box(section.points, (columns, shape[1]), spacing)
     weight = kulfan_tolerance(section.points[:, 0]) if norm == "max" else None
@@ -123,6 +134,10 @@ def _own_gap(source: Any) -> float:
     return trailing_gap(target_contour(source))
 
 
+def _own_ends(source: Any) -> Array:
+    return trailing_ends(target_contour(source))
+
+
 def section_box(points: Array, shape: tuple[int, int], spacing: str = "greville") -> Lattice:
     """Lattice around a section, cubic in x and of the highest degree in y."""
     low, high = points[:, :2].min(axis=0), points[:, :2].max(axis=0)
@@ -136,14 +151,14 @@ def _inner(rest: Lattice, columns: int) -> Array:
 
 
 def surface_task(
-    source: Any, target: Any, shape: tuple[int, int, int], metric: str, adaptive: bool
+    source: Any, target: Any, shape: tuple[int, int, int], metric: str, directions: str
 ) -> FitTask:
-    """Fit of a surface in 3D: displacements in all directions, refined in all three."""
+    """Fit of a surface in 3D: displacements in the given directions, refined in all three."""
     points, triangles = surface_of(source)
     distance = SurfaceDistance(*surface_of(target))
     rest = Lattice.around(points, shape=shape, margin=MARGIN)
     embedding = embed(rest, points)
-    rules = Rules(directions=((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)))
+    rules = Rules(directions=tuple(AXES[letter] for letter in directions))
     surface = Surface.triangles(points, triangles)
     task = Task(distance, embedding, surface, rules, metric=metric)
     found = FitTask(task, rest, embedding, (0, 1, 2), distance)

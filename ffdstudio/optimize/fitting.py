@@ -4,18 +4,18 @@ from __future__ import annotations
 
 import os
 import time
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ffdstudio.engine import Lattice
 from ffdstudio.errors import InputError
+from ffdstudio.optimize.fit_result import FitResult, result_of
 from ffdstudio.optimize.fit_task import FitTask, section_task, surface_of, surface_task
-from ffdstudio.optimize.record import History, Record
 from ffdstudio.optimize.refine.choice import Refinement
+from ffdstudio.optimize.rules import AXES
+from ffdstudio.optimize.sections import POINTS_PER_VARIABLE
 from ffdstudio.optimize.solver import Budget
 from ffdstudio.optimize.study import Listener, Study
 
@@ -35,51 +35,6 @@ TRIGGERS: dict[str, dict[str, Any]] = {
 }
 
 
-@dataclass
-class FitResult:
-    """What a fit has reached.
-
-    Attributes
-    ----------
-    rms, max_error : float
-        Orthogonal distance on the dense contour (3D: on the points of the source); chord 1.
-    kulfan_ratio : float or None
-        Largest error in units of Kulfan's tolerance; None in 3D.
-    variables, columns, rows, evaluations, iterations : int
-    seconds : float
-    history : list of dict
-        The same figures for each iterate.
-    lattice, rest : Lattice
-    study : History
-        All records.
-    task : FitTask
-        Source, target and figures, for plots.
-    """
-
-    rms: float
-    max_error: float
-    kulfan_ratio: float | None
-    variables: int
-    columns: int
-    rows: int
-    evaluations: int
-    iterations: int
-    seconds: float
-    history: list[dict[str, Any]] = field(repr=False)
-    lattice: Lattice
-    rest: Lattice
-    study: History = field(repr=False)
-    task: FitTask = field(repr=False)
-
-    def to_json(self) -> dict[str, Any]:
-        """The figures and the history, as plain values."""
-        names = (
-            "rms", "max_error", "kulfan_ratio", "variables", "columns", "rows", "evaluations",
-            "iterations", "seconds", "history",
-        )  # fmt: skip
-        return {name: getattr(self, name) for name in names}
-
-
 def fit(
     source: Any,
     target: Any,
@@ -94,6 +49,7 @@ def fit(
     metric: str = "l2",
     row_wise: bool = False,
     spacing: str = "greville",
+    directions: str | None = None,
     positions: int = 5,
     insertions: int = 1,
     relocate: bool | None = None,
@@ -129,6 +85,8 @@ def fit(
         A new knot frees one row only; `columns * rows` is then the number of variables.
     spacing : {"greville", "uniform"}
         Places of the control points of a regular lattice; a refined one is Greville's.
+    directions : str, optional
+        Of the displacements in 3D, such as "z"; "xyz" by default. Sections move in y.
     positions, insertions : int
         Candidate places in a knot span, and knots a cycle.
     relocate : bool, optional
@@ -166,20 +124,25 @@ def fit(
     if adaptive is None:
         _check_regular(start=start, variables=variables, row_wise=row_wise or None)
     _check(method, norm, columns, rows, start, adaptive, spacing)
+    _check_directions(directions)
     began = time.perf_counter()
     first = columns if adaptive is None else min(start or 5, columns)
     if is_spatial(source):
         _check_pair(source, target)
         layers = layers or 2
-        task = surface_task(source, target, (first, rows, layers), metric, adaptive is not None)
+        task = surface_task(source, target, (first, rows, layers), metric, directions or "xyz")
         column = len(task.task.rules.directions) * rows * layers
+        _check_points(task, columns * column if adaptive is None else first * column)
     elif layers is not None:
         raise InputError("layers are for surfaces in 3D; the source is a section")
+    elif directions is not None:
+        raise InputError("directions are for surfaces in 3D; a section is deformed in y")
     else:
-        task = section_task(
-            source, target, (first, rows), metric, spacing, norm, adaptive is not None
-        )
         column = rows
+        task = section_task(
+            source, target, (first, rows), metric, spacing, norm, adaptive is not None,
+            variables or columns * rows,
+        )  # fmt: skip
     final = variables or columns * column
     if final < first * column:
         raise InputError(
@@ -204,7 +167,7 @@ def fit(
         resume=resume,
     )  # fmt: skip
     history = study.run(listener)
-    return _result(history, task, time.perf_counter() - began)
+    return result_of(history, task, time.perf_counter() - began)
 
 
 def _trigger(name: str, metric: str) -> dict[str, Any]:
@@ -240,6 +203,22 @@ def _check_regular(**given: Any) -> None:
     names = [name.replace("_", "-") for name, value in given.items() if value is not None]
     if names:
         raise InputError(f"{names[0]} is for adaptive fits, not for regular lattices")
+
+
+def _check_directions(directions: str | None) -> None:
+    if directions is None:
+        return
+    if not directions or not set(directions) <= set(AXES) or len(set(directions)) < len(directions):
+        raise InputError(f"directions are letters out of xyz, each once, got {directions!r}")
+
+
+def _check_points(task: FitTask, variables: int) -> None:
+    most = len(task.judged.points) // POINTS_PER_VARIABLE
+    if variables > most:
+        raise InputError(
+            f"the {len(task.judged.points)} points of the source suffice for {most} variables, "
+            f"not for {variables}"
+        )
 
 
 def _check_pair(source: Any, target: Any) -> None:
@@ -279,28 +258,3 @@ def _check(
         raise InputError(f"a fit to {columns} columns cannot start with {start}")
     if adaptive is not None and spacing != "greville":
         raise InputError("equally spaced columns are for regular lattices: add --regular")
-
-
-def _result(history: History, task: FitTask, seconds: float) -> FitResult:
-    figures = [_figures(record) for record in history.iterates]
-    lattice = history.lattice(-1)
-    return FitResult(
-        **figures[-1] | {"seconds": seconds}, history=figures, lattice=lattice,
-        rest=task.rest_of(lattice), study=history, task=task,
-    )  # fmt: skip
-
-
-def _figures(record: Record) -> dict[str, Any]:
-    assert record.lattice is not None
-    points = record.lattice["control_points"]
-    return {
-        "rms": record.measures["rms"],
-        "max_error": record.measures["max_error"],
-        "kulfan_ratio": record.measures.get("kulfan_ratio"),
-        "variables": record.variables,
-        "columns": len(points),
-        "rows": len(points[0]),
-        "evaluations": record.evaluation,
-        "iterations": record.iteration,
-        "seconds": record.seconds,
-    }

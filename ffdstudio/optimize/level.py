@@ -8,6 +8,7 @@ level is refined.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, Self
 
 import numpy as np
@@ -20,6 +21,8 @@ from ffdstudio.optimize.metrics import Surface, Whitening
 from ffdstudio.optimize.space import DesignSpace, Insertion
 
 Array = NDArray[np.float64]
+CONTROL_SHARE = 0.1  # of the displacements of control points, beside those of the surface
+BENDING = 1e-4  # of second differences across rows: mild enough to leave the errors as they are
 
 
 @dataclass(frozen=True)
@@ -103,6 +106,30 @@ class Level:
             return self.shapes
         coordinates = np.linalg.lstsq(self.factor @ self.fields, self.white.frame, rcond=None)[0]
         return self.fields @ coordinates
+
+    @cached_property
+    def displacement_cost(self) -> Array:
+        """(k, size) factor of what displacements cost where nothing else fixes them.
+
+        The squared displacement of the surface in H1, so that a patch rather moves as a whole
+        than folds, and a tenth of the mean squared one of the control points, for some of them
+        hardly move the surface.
+        """
+        metric = _kron(self.body.surface.factor("h1"), len(self.coordinates))
+        own = np.sqrt(CONTROL_SHARE / len(self.white.matrix)) * self.white.matrix
+        return np.vstack([np.linalg.qr(metric @ self.shapes, mode="r"), own])
+
+    @cached_property
+    def bending_cost(self) -> Array:
+        """(k, size) factor of what bending costs across the rows of a section's lattice.
+
+        Root mean squares of second differences of displacements, over three rows or more: the
+        two surfaces of a section hardly feel the rows between.
+        """
+        shape = self.space.rest.shape
+        moves = (self.space.basis @ self.white.matrix).reshape(*shape, 3, -1)
+        bends = np.diff(moves, n=2, axis=1)
+        return np.sqrt(BENDING / len(self.white.matrix)) * bends.reshape(-1, self.size)
 
     def at(self, z: Array) -> Array:
         """(n, 3) points."""

@@ -13,6 +13,7 @@ from ffdstudio.errors import InputError
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 Vector = tuple[float, float, float]
+AXES: dict[str, Vector] = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 
 
 @dataclass(frozen=True)

@@ -20,11 +20,18 @@ from ffdstudio.optimize.budget import BudgetSpent, Counts
 from ffdstudio.optimize.control import Stopped
 from ffdstudio.optimize.endings import Over, asking
 from ffdstudio.optimize.level import Body, Level
-from ffdstudio.optimize.methods.problem import Memory, Trial, carried_directions
+from ffdstudio.optimize.methods.problem import (
+    CONVERGED,
+    STALLED,
+    Memory,
+    Trial,
+    carried_directions,
+    worth,
+)
 from ffdstudio.optimize.objectives.base import Stoppable
 from ffdstudio.optimize.objectives.remembered import EvaluationError
 from ffdstudio.optimize.record import History, Log, Record, pack
-from ffdstudio.optimize.refine.choice import choose, due, rank
+from ffdstudio.optimize.refine.choice import choose, due, limit, rank
 from ffdstudio.optimize.refine.coarsen import coarsened
 from ffdstudio.optimize.refine.relocate import relocated
 from ffdstudio.optimize.solver import LevelProblem
@@ -36,7 +43,10 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 Listener = Callable[[Record], None]
-ENDED_WELL = ("converged", "tolerance reached")
+DUE = "refinement due"
+ON_A_LEVEL = (CONVERGED, STALLED, DUE)  # more can be had from another level only
+ENDED_WELL = (CONVERGED, STALLED, "tolerance reached")
+ALLOWED = 1e-6  # violation of a constraint that counts as met at the end
 MET = 1e-8  # violation of a constraint that a coarser lattice may have
 
 
@@ -69,6 +79,7 @@ class Run:
         self.counts, self.memory = Counts(), Memory()
         self._inserted, self._growing = list(self.task.knots), True
         self._reached: Trial | None = None
+        self._limit = ""
         self.best: Trial
 
     def to_the_end(self) -> None:
@@ -80,7 +91,7 @@ class Run:
                 note = self._coarsened(self._levels_or_over())
         finally:
             self._log.close()
-        best = self.best
+        best, note = self.best, self._in_full(note)
         self._record("end", best.value, y=self._y(best.z), note=note)
         self._log.close()
 
@@ -95,7 +106,7 @@ class Run:
         kept: _Kept | None = None
         while True:
             note, over = self._one_level(), True
-            if note in ("converged", "refinement due") and kept is None:
+            if _kind(note) in ON_A_LEVEL and kept is None:
                 over = not self._refine()
             if (
                 over
@@ -105,30 +116,39 @@ class Run:
                 self._go_back(kept)
             if not over:
                 continue
-            if kept is None and note in ("converged", "refinement due") and self._inserted:
+            if kept is None and _kind(note) in ON_A_LEVEL and self._inserted:
                 kept = self._relocate()
                 if kept is not None:
                     continue
-            return self._ended("converged" if note == "refinement due" else note)
+            return self._ended(CONVERGED if note == DUE else note)
+
+    def _in_full(self, note: str) -> str:
+        """Why the study ended, with constraints that are not met and a guard that ended growth."""
+        if self._violation() > ALLOWED:
+            if note == CONVERGED and self.problem.constrained:
+                note = STALLED
+            note += "; constraints not met"
+        return f"{note}; {self._limit}" if self._limit else note
 
     def _coarsened(self, note: str) -> str:
         """Remove knots as long as the cost allows it; returns why the study ended."""
         settings = self.refinement
-        if settings is None or settings.coarsen is None or note not in ENDED_WELL:
+        if settings is None or settings.coarsen is None or _kind(note) not in ENDED_WELL:
             return note
         self._growing = False
-        allowed = (1 + settings.coarsen) * self.problem.merit(self.best)
+        merit = self.problem.merit(self.best)
+        allowed = merit + settings.coarsen * self._worth(merit)
         allowed = max(allowed, self.budget.tolerance or 0.0)
         violation = max(MET, self._violation())
         while self._inserted:
             kept = self._kept()
             ended = self._remove()
             merit = self.problem.merit(self.best)
-            if ended in ENDED_WELL and merit <= allowed and self._violation() <= violation:
+            if _kind(ended) in ENDED_WELL and merit <= allowed and self._violation() <= violation:
                 self._ended(ended)
                 continue
             self._go_back(kept)
-            return self._ended(note if ended in ENDED_WELL else ended)
+            return self._ended(note if _kind(ended) in ENDED_WELL else ended)
         return note
 
     def _remove(self) -> str:
@@ -143,6 +163,10 @@ class Run:
         self._inserted = [c for c in self._inserted if c is not gone]
         self._begin_anew(f"removed: {_told(gone)}")
         return self._one_level()
+
+    def _worth(self, merit: float) -> float:
+        first = self.history.iterates[0].cost
+        return abs(merit) if self.problem.largest else worth(merit, first)
 
     def _violation(self) -> float:
         points = self.level.at(self.best.z)
@@ -164,9 +188,9 @@ class Run:
         """Run the method on the present level; returns what ended it."""
         try:
             start = self._open_level()
-            self.study.method(self.problem, start, self.memory)
+            return self.study.method(self.problem, start, self.memory)
         except _RefinementDue:
-            return "refinement due"
+            return DUE
         except BudgetSpent as spent:
             return str(spent)
         except Stopped:
@@ -177,7 +201,6 @@ class Run:
             if not self.history.iterates:
                 raise
             return f"failed: {failed}"
-        return "converged"
 
     def _relocate(self) -> _Kept | None:
         """Move the inserted knots; returns what to go back to if that does not help."""
@@ -211,6 +234,8 @@ class Run:
             self._iterate(self.best)
             self.study.control.check()
         self._values = [self.best.value]
+        if self._number == 0 and not self.task.constraints:
+            self.budget.check_cost(self.best.value)
         return self.best.z
 
     def _refine(self) -> list[Insertion]:
@@ -220,7 +245,8 @@ class Run:
         z = self.best.z
         with asking():
             sensitivity = self.problem.sensitivity(self.best)
-            chosen = choose(self.level, sensitivity, settings, abs(self.best.value))
+            chosen = choose(self.level, sensitivity, settings, self._worth(self.best.value))
+        self._limit = "" if chosen else limit(self.level, settings)
         self._inserted = [*self._inserted, *chosen]
         if chosen:
             self.level, carried = self.level.refined(chosen, z)
@@ -244,7 +270,9 @@ class Run:
         ]
         plain = self.task.metric == "none"
         directions = (None, None) if plain else carried_directions(self.memory, matrix)
-        self.memory = Memory(pairs, *directions, scale=self.memory.scale)
+        known = self.memory
+        self.memory = Memory(pairs, *directions, scale=known.scale, steepest=known.steepest)
+        self.memory.highest, self.memory.fall = known.highest, known.fall
 
     # ---- what the problem tells -------------------------------------------------------------
 
@@ -277,10 +305,12 @@ class Run:
         if settings is None or full or not self._growing:
             return False
 
+        first = self.history.iterates[0].cost
+
         def best_gain() -> float:
             return rank(self.level, self.problem.sensitivity(trial), settings).best
 
-        return due(settings, len(self._values) - 1, self._values, trial.gradient, best_gain)
+        return due(settings, len(self._values) - 1, self._values, first, trial.gradient, best_gain)
 
     def _iterate(self, trial: Trial) -> None:
         lattice = self.level.space.at(self.level.white.matrix @ trial.z)
@@ -314,6 +344,11 @@ class Run:
         self.history.records.append(record)
         if self._listener is not None:
             self._listener(record)
+
+
+def _kind(note: str) -> str:
+    """What a method returned, without its reason."""
+    return note.partition(":")[0]
 
 
 def _told(new: Insertion) -> str:

@@ -12,9 +12,10 @@ from numpy.typing import NDArray
 
 from ffdstudio.optimize.budget import Budget, BudgetSpent, Counts
 from ffdstudio.optimize.level import Level
-from ffdstudio.optimize.methods.least_squares import largest
+from ffdstudio.optimize.methods.minimax import largest
 from ffdstudio.optimize.methods.problem import Trial, parts
 from ffdstudio.optimize.objectives.base import Evaluation, TakesVariables
+from ffdstudio.optimize.objectives.failures import NotFinite
 from ffdstudio.optimize.objectives.stream import Job, evaluated, streamed
 from ffdstudio.optimize.refine.sensitivity import Adjoint, Differences, Residuals, Sensitivity
 from ffdstudio.optimize.slacks import Slack, Slacks
@@ -59,7 +60,8 @@ class LevelProblem:
         if last is not None and last.gradient is not None and np.array_equal(last.z, z):
             return last
         if not self.task.objective.differentiable:
-            return self._by_differences(z)
+            here = self.value(z)
+            return self._by_differences(z) if np.isfinite(here.value) else here
         return self._evaluated(z, gradient=True)
 
     def residuals(self, z: Array) -> Trial:
@@ -89,7 +91,23 @@ class LevelProblem:
 
     def longest(self, direction: Array) -> float:
         """Multiple of a direction that moves no point by more than a fiftieth of the extent."""
-        return FIRST_MOVE * self.extent / float(np.abs(self.level.shapes @ direction).max())
+        move = float(np.abs(self.level.shapes @ direction).max())
+        return FIRST_MOVE * self.extent / move if move > 0 else np.inf
+
+    def displacement_cost(self, trial: Trial) -> Array | None:
+        """See `methods.problem.Problem`: needed where points may slide along a target.
+
+        On a surface in 3D they do so with one direction as well, where it is nearly tangential;
+        on sections the vertical direction alone needs no help with two rows, and a mild
+        regularisation of bending with three or more.
+        """
+        spatial = self.level.space.rest.dimension == 3
+        felt = 3 if spatial else len(self.level.coordinates)
+        sliding = len(parts(trial)[0]) < felt * len(self.level.points)
+        if sliding:
+            return self.level.displacement_cost
+        shape = self.level.space.rest.shape
+        return self.level.bending_cost if len(shape) == 2 and shape[1] > 2 else None
 
     def report(self, trial: Trial) -> None:
         """Hear of an iterate."""
@@ -109,9 +127,22 @@ class LevelProblem:
         points, objective = self.level.at(z), self.task.objective
         if isinstance(objective, TakesVariables):
             objective.variables = (self.level.white.matrix @ z).tolist()
-        found = evaluated(objective, points, gradient)
+        try:
+            found = evaluated(objective, points, gradient)
+        except NotFinite:
+            if self._last is None:
+                raise
+            return self._without_value(z)
         self._count(found)
         return self._trial(z, points, found)
+
+    def _without_value(self, z: Array) -> Trial:
+        """Trial of a shape whose cost is no number: worse than any, so that steps get shorter."""
+        self.counts.evaluations += 1
+        self.counts.flow += 1
+        self._last = Trial(np.array(z), np.inf, np.zeros(self.size))
+        self.on_trial(self._last)
+        return self._last
 
     def _count(self, found: Evaluation) -> None:
         self.counts.evaluations += 1

@@ -194,6 +194,16 @@ def test_a_fit_in_space_names_all_three_counts(capsys):
     assert "5 x 2 x 2 control points" in capsys.readouterr().out
 
 
+def test_a_surface_is_fitted_in_chosen_directions_and_says_why_it_ended(capsys, tmp_path):
+    skin = ffd.read_mesh(Path(RAE).parent / "wing_skin.vtu")
+    points = skin.points + [0, 0, 0.05] * np.exp(-(((skin.points[:, 1:2] - 1.9) / 0.25) ** 2))
+    ffd.write_mesh(skin, tmp_path / "bump.vtu", points=points)
+    options = ["--columns", "4", "--rows", "6", "--regular", "--directions", "z"]
+    assert main(["fit", str(skin.path), str(tmp_path / "bump.vtu"), *options]) == 0
+    assert "48 variables" in (out := capsys.readouterr().out)
+    assert "ended: converged" in out
+
+
 def test_a_mesh_cannot_be_fitted_to_a_section(capsys):
     mesh = str(Path(RAE).parent / "naca0012.su2")
     assert main(["fit", mesh, RAE]) == 2

@@ -5,6 +5,7 @@ import pytest
 
 import ffdstudio as ffd
 from ffdstudio.errors import InputError
+from ffdstudio.meshes.airfoil import naca4
 from ffdstudio.optimize.contour import Contour, upper_side
 from ffdstudio.optimize.metrics import Surface
 from ffdstudio.optimize.objectives.distance import ContourDistance, PointDistance, SurfaceDistance
@@ -95,9 +96,27 @@ def test_twelve_pairs(shared):
     assert sum(ratio >= 3 for ratio in ratios) >= 8
 
 
-def test_a_contour_made_by_a_known_lattice_is_recovered():
-    points, lattice = section(201), columns(9)
-    target = bumped(lattice, points)
+def test_a_thin_nose_does_not_catch_points_of_the_other_side(shared):
+    assert ffd.fit("naca0012", str(shared / "airfoils" / "ag35.dat"), adaptive=None).rms < 1e-5
+
+
+def test_an_open_trailing_edge_of_the_source_is_not_opened_again(tmp_path):
+    open_edge = naca4("0012", 61, closed=False)
+    path = tmp_path / "open.dat"
+    path.write_text("open\n" + "\n".join(f"{x:.9f} {y:.9f}" for x, y in open_edge) + "\n")
+    for source in (str(path), path):
+        result = ffd.fit(source, str(path), columns=6)
+        assert result.rms < 1e-8
+        assert (result.ended, result.variables) == ("tolerance reached", 10)
+
+
+@pytest.mark.parametrize(
+    ("count", "rows", "size"),
+    [(9, 2, 0.02), (20, 2, 0.02), (9, 2, 0.05), (12, 3, 0.05), (20, 2, 0.05)],
+)
+def test_a_contour_made_by_a_known_lattice_is_recovered(count, rows, size):
+    points, lattice = section(201), columns(count, rows=rows)
+    target = bumped(lattice, points, size)
     objective = ContourDistance(Contour.through(target), upper_side(points))
     history = Study(task(objective, lattice, points, "l2"), "gauss-newton").run()
     reached = ffd.embed(lattice, points).deform(history.lattice(-1))

@@ -2,7 +2,8 @@
 
 A method asks the problem for trials and reports each iterate to it. The problem may end it at
 a report by an exception (a refinement is due, the budget is spent, the user stops): methods
-need no settings for that. The memory outlives the method: it is carried through refinements.
+need no settings for that; by itself it returns why it ended. The memory outlives the
+method: it is carried through refinements.
 """
 
 from __future__ import annotations
@@ -12,14 +13,15 @@ from typing import TYPE_CHECKING
 
 from ffdstudio.errors import InputError
 from ffdstudio.optimize.methods.descent import conjugate_gradients, lbfgs
-from ffdstudio.optimize.methods.least_squares import gauss_newton, minimax
+from ffdstudio.optimize.methods.gauss_newton import gauss_newton
+from ffdstudio.optimize.methods.minimax import minimax
 from ffdstudio.optimize.methods.powell import conjugate_directions
 from ffdstudio.optimize.methods.slsqp import slsqp
 
 if TYPE_CHECKING:
     from ffdstudio.optimize.methods.problem import Array, Memory, Problem
 
-METHODS: dict[str, Callable[[Problem, Array, Memory], None]] = {
+METHODS: dict[str, Callable[[Problem, Array, Memory], str]] = {
     "cg": conjugate_gradients,
     "gauss-newton": gauss_newton,
     "lbfgs": lbfgs,
@@ -29,7 +31,7 @@ METHODS: dict[str, Callable[[Problem, Array, Memory], None]] = {
 }
 
 
-def method(name: str) -> Callable[[Problem, Array, Memory], None]:
+def method(name: str) -> Callable[[Problem, Array, Memory], str]:
     """Method by name.
 
     Raises

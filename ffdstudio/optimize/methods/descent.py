@@ -5,16 +5,17 @@ from __future__ import annotations
 import numpy as np
 
 from ffdstudio.optimize.methods.line_search import search
-from ffdstudio.optimize.methods.problem import Array, Memory, Problem, Trial
+from ffdstudio.optimize.methods.problem import CONVERGED, Array, Memory, Problem, Trial, ended
 
 DEPTH = 40  # pairs
-STILL = 1e-9  # an iteration that gains less, relative to the cost, is the last
+STILL = 1e-9  # of the cost or its decrease so far: an iteration that gains less is the last
 
 
-def lbfgs(problem: Problem, z: Array, memory: Memory) -> None:
+def lbfgs(problem: Problem, z: Array, memory: Memory) -> str:
     """L-BFGS (Nocedal 1980; Nocedal and Wright, algorithm 7.4), from whatever memory there is."""
     here = problem.gradient(z)
-    while True:
+    memory.meet(here)
+    while here.slope.any():
         direction = -_times_inverse(here.slope, memory)
         if not direction @ here.slope < 0:
             memory.pairs.clear()
@@ -25,12 +26,13 @@ def lbfgs(problem: Problem, z: Array, memory: Memory) -> None:
             memory.pairs.clear()
             continue
         if found is None:
-            return
+            return ended(problem, here, memory)
         _remember(memory, here, found)
         gained, here = here.value - found.value, found
         problem.report(here)
-        if gained <= STILL * abs(here.value):
-            return
+        if gained <= STILL * memory.worth(here.value):
+            return CONVERGED
+    return CONVERGED
 
 
 def _times_inverse(gradient: Array, memory: Memory) -> Array:
@@ -58,18 +60,19 @@ def _remember(memory: Memory, old: Trial, new: Trial) -> None:
         del memory.pairs[:-DEPTH]
 
 
-def conjugate_gradients(problem: Problem, z: Array, memory: Memory) -> None:
+def conjugate_gradients(problem: Problem, z: Array, memory: Memory) -> str:
     """Non-linear conjugate gradients (Polak and Ribiere, restarted when beta < 0)."""
     here = problem.gradient(z)
-    direction, step = -here.slope, 0.0
-    while True:
+    memory.meet(here)
+    direction, step, steepest = -here.slope, 0.0, True
+    while here.slope.any():
         first = step or min(1.0, problem.longest(direction))
         found = search(problem, here, direction, first, curvature=0.1)
-        if found is None and not np.array_equal(direction, -here.slope):
-            direction, step = -here.slope, 0.0
+        if found is None and not steepest:
+            direction, step, steepest = -here.slope, 0.0, True
             continue
         if found is None:
-            return
+            return ended(problem, here, memory)
         taken = np.linalg.norm(found.z - here.z) / np.linalg.norm(direction)
         gained, change = here.value - found.value, found.slope - here.slope
         beta = max(0.0, float(found.slope @ change) / float(here.slope @ here.slope))
@@ -77,10 +80,12 @@ def conjugate_gradients(problem: Problem, z: Array, memory: Memory) -> None:
         slope = float(here.slope @ direction)
         here = found
         problem.report(here)
-        if gained <= STILL * abs(here.value):
-            return
-        if not following @ here.slope < 0:
+        if gained <= STILL * memory.worth(here.value):
+            return CONVERGED
+        steepest = not following @ here.slope < 0
+        if steepest:
             following = -here.slope
         # the next step is expected to lower the cost as the last one did
         step = float(taken) * slope / float(here.slope @ following)
         direction = following
+    return CONVERGED

@@ -12,6 +12,11 @@ from ffdstudio.errors import InputError
 
 Array = NDArray[np.float64]
 
+# how a method ends by itself: at a gradient that is small, or because no step makes the cost less
+CONVERGED, STALLED = "converged", "stalled"
+SMALL = 1e-4  # of the steepest gradient
+ROUNDING = 1e-12  # of the cost: its values are no more exact
+
 
 @dataclass
 class Trial:
@@ -56,13 +61,28 @@ class Memory:
 
     A pair is the step and the differences of the gradient: by the variables, and on the
     surface, from where they carry over into any finer space exactly. `scale` turns a gradient
-    into a step for methods that begin each level with a unit Hessian.
+    into a step for methods that begin each level with a unit Hessian; `steepest` is the largest
+    gradient and `highest` the largest cost that a level has begun with, `fall` what the last
+    round of conjugate directions has gained.
     """
 
     pairs: list[tuple[Array, Array, Array | None]] = field(default_factory=list)
     directions: Array | None = None
     curvatures: Array | None = None
     scale: float | None = None
+    steepest: float = 0.0
+    highest: float = -np.inf
+    fall: float = np.inf
+
+    def meet(self, start: Trial) -> None:
+        """Note the cost and the gradient that a level begins with."""
+        self.highest = max(self.highest, start.value)
+        if start.gradient is not None:
+            self.steepest = max(self.steepest, float(np.linalg.norm(start.gradient)))
+
+    def worth(self, value: float) -> float:
+        """What a decrease of the cost is compared with, see `worth`."""
+        return worth(value, self.highest)
 
 
 class Problem(Protocol):
@@ -85,13 +105,46 @@ class Problem(Protocol):
         """Cost with residuals and their derivatives by the variables."""
         ...
 
+    @property
+    def extent(self) -> float:
+        """Length of the surface that nothing is small against."""
+        ...
+
+    def displacement_cost(self, trial: Trial) -> Array | None:
+        """(k, size) factor C of what displacements cost, |C z|^2; None if residuals fix them."""
+        ...
+
     def longest(self, direction: Array) -> float:
-        """Multiple of a direction that moves the surface as far as a first step may."""
+        """Multiple of a direction that moves the surface as far as a first step may.
+
+        Infinite for a direction that moves nothing.
+        """
         ...
 
     def report(self, trial: Trial) -> None:
         """Hear of an iterate; may raise to end the method."""
         ...
+
+
+def worth(value: float, first: float) -> float:
+    """What a decrease of a cost is compared with.
+
+    The cost itself, or the decrease since the beginning if that is less: a cost may be negative
+    or far from zero at its least, drag or minus the lift for example.
+    """
+    return min(abs(value), max(first - value, 0.0))
+
+
+def ended(problem: Problem, here: Trial, memory: Memory) -> str:
+    """Why a method ends that finds no step that makes the cost less: a small gradient, or none.
+
+    The gradient is small beside the steepest that the study has met, or if a first move along
+    it would change the cost by no more than the rounding of its values.
+    """
+    size = float(np.linalg.norm(here.slope))
+    move = problem.longest(here.slope) * size**2 if size else 0.0
+    small = size <= SMALL * memory.steepest or move <= ROUNDING * abs(here.value)
+    return CONVERGED if small else STALLED
 
 
 def carried_directions(memory: Memory, matrix: Array) -> tuple[Array | None, Array | None]:

@@ -7,7 +7,8 @@
    same curvature there.
 3. Its own test of convergence hopes for more than a cost with a kink can give: it is ended when
    the cost has stood still for some iterations.
-4. Bounds keep the quadratic programs from proposing shapes that fold over.
+4. A box keeps the quadratic programs from proposing shapes that fold over. An end that lies on
+   it is no solution of the problem, and told.
 """
 
 from __future__ import annotations
@@ -17,9 +18,10 @@ from typing import Any
 
 import numpy as np
 
-from ffdstudio.optimize.methods.problem import Array, Memory, Problem
+from ffdstudio.optimize.methods.problem import CONVERGED, STALLED, Array, Memory, Problem, Trial
 
 PATIENCE, STILL = 6, 1e-7
+MUCH = 1e6
 FARTHEST = 5.0  # first moves in each variable
 
 
@@ -27,37 +29,52 @@ class _Still(Exception):
     """The cost does not change any more."""
 
 
-def slsqp(problem: Problem, z: Array, memory: Memory) -> None:
+def slsqp(problem: Problem, z: Array, memory: Memory) -> str:
     """Minimise under the problem's constraints."""
     from scipy.optimize import minimize
 
     start = problem.gradient(z)
-    if memory.scale is None:
+    memory.meet(start)
+    if memory.scale is None and start.slope.any():
         memory.scale = problem.longest(start.slope)
-    scale = memory.scale
-    reach = [FARTHEST * problem.longest(e) for e in np.eye(problem.size)]
-    seen: list[float] = []
+    scale = memory.scale or 1.0
+    size = min(abs(start.value), scale * memory.steepest**2)  # what a first step may hope for
+    reach = np.array([FARTHEST * problem.longest(e) for e in np.eye(problem.size)])
+    worst = start.value + MUCH * max(abs(start.value), 1.0)  # SciPy cannot go back from infinity
+    seen: list[Trial] = [start]
 
     def report(x: Array) -> None:
         trial = problem.gradient(np.array(x))
         problem.report(trial)
-        seen.append(trial.value)
-        last = seen[-PATIENCE:]
-        if len(last) == PATIENCE and max(last) - min(last) <= STILL * abs(trial.value):
+        seen.append(trial)
+        last = [trial.value for trial in seen[1:][-PATIENCE:]]
+        still = STILL * memory.worth(trial.value)
+        if len(last) == PATIENCE and max(last) - min(last) <= still:
             raise _Still
 
     solve: Any = minimize  # its stubs know no scaled functions
+    ended = CONVERGED
     with contextlib.suppress(_Still):
-        solve(
-            lambda x: scale * problem.gradient(x).value,
+        found = solve(
+            lambda x: scale * min(problem.gradient(x).value, worst),
             z,
             jac=lambda x: scale * problem.gradient(x).slope,
             method="SLSQP",
-            bounds=[(a - r, a + r) for a, r in zip(z, reach, strict=True)],
+            bounds=list(zip(z - reach, z + reach, strict=True)),
             constraints=_constraints(problem),
             callback=report,
-            options={"maxiter": 500, "ftol": 1e-9 * scale * max(abs(start.value), 1e-12)},
+            options={"maxiter": 500, "ftol": 1e-9 * scale * max(size, 1e-12)},
         )
+        ended = CONVERGED if found.success else f"{STALLED}: {_words(found.message)}"
+    reached = seen[-1].z
+    if (np.abs(reached - z) >= (1 - 1e-6) * reach).any():
+        return f"{STALLED}: the shape has moved as far as one level of slsqp may"
+    return ended
+
+
+def _words(message: str) -> str:
+    """SciPy's message as the end of a sentence."""
+    return message.strip().rstrip(".").lower()
 
 
 def _constraints(problem: Any) -> list[dict[str, Any]]:

@@ -11,6 +11,7 @@ import numpy as np
 
 from ffdstudio.errors import InputError
 from ffdstudio.optimize.objectives.base import Array, Evaluation
+from ffdstudio.optimize.objectives.failures import NotFinite
 from ffdstudio.optimize.objectives.remembered import EvaluationError
 
 
@@ -90,7 +91,9 @@ def checked(result: Any, points: Array, differentiable: bool) -> Evaluation:
     except (TypeError, ValueError) as error:
         raise EvaluationError(f"the objective returned {value!r}, no number") from error
     if not math.isfinite(number):
-        raise EvaluationError(f"the objective returned {number}, no finite number")
+        raise NotFinite(f"the objective returned {number}, no finite number")
     if differentiable and (rows is None or rows.shape != points.shape):
         raise EvaluationError(f"the objective must return a gradient of shape {points.shape}")
+    if differentiable and rows is not None and not np.isfinite(rows).all():
+        raise EvaluationError("the objective returned a gradient that is not finite")
     return Evaluation(number, rows if differentiable else None, flow=1, adjoint=int(differentiable))

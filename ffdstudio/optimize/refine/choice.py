@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ffdstudio.errors import InputError
 from ffdstudio.optimize.level import Level
+from ffdstudio.optimize.methods.problem import worth
 from ffdstudio.optimize.refine.candidates import Candidate, Guards, candidates
 from ffdstudio.optimize.refine.indicators import INDICATORS, GainState
 from ffdstudio.optimize.refine.sensitivity import Sensitivity
@@ -39,12 +40,13 @@ class Refinement:
         Cycle due after so many iterations on a level; else when the method has converged.
     slope : float, optional
         Cycle due when an iteration lowers the cost by less than this factor, for example 0.8:
-        by less than a fifth.
+        by less than a fifth of the cost or of its decrease so far.
     share : float, optional
         Cycle due when the present space holds less than this share of the gradient energy that
         it and the best candidate hold together.
     least_gain : float
-        No candidate gains more than this fraction of the cost: the refinement has ended.
+        No candidate gains more than this fraction of the cost or of its decrease so far: the
+        refinement has ended.
     relocate : bool
         Move the inserted knots to better places when all are in.
     coarsen : float, optional
@@ -113,6 +115,24 @@ def choose(
     return _one_a_span(level, settings, ranking)
 
 
+def limit(level: Level, settings: Refinement) -> str:
+    """Which guard leaves no candidate, in words; empty if it is none of them."""
+    left, guards = settings.variables - level.space.size, settings.guards
+    if any(c.size <= left for c in _all(level, settings)):
+        return ""
+    freed = replace(settings, guards=replace(guards, points_per_variable=1e-9))
+    sizes = [c.size for c in _all(level, freed)]
+    if sizes and min(sizes) > left:
+        return ""
+    reason = (
+        f"{guards.points_per_variable:g} points a variable are needed, and there are "
+        f"{len(level.points)}"
+        if sizes
+        else f"a knot needs {guards.points_beside} points on both sides within its span"
+    )
+    return f"growth ended at {level.space.size} of {settings.variables} variables: {reason}"
+
+
 def _all(level: Level, settings: Refinement) -> list[Candidate]:
     return candidates(level, settings.axes, settings.positions, settings.row_wise, settings.guards)
 
@@ -153,14 +173,17 @@ def due(
     settings: Refinement,
     iterations: int,
     values: Sequence[float],
+    first: float,
     gradient: Array | None,
     best_gain: Callable[[], float],
 ) -> bool:
-    """Whether one of the triggers asks for a cycle."""
+    """Whether one of the triggers asks for a cycle; `first` is the cost at the very start."""
     if settings.iterations is not None and iterations >= settings.iterations:
         return True
-    if settings.slope is not None and len(values) > 1 and values[-1] > settings.slope * values[-2]:
-        return True
+    if settings.slope is not None and len(values) > 1:
+        least = (1 - settings.slope) * worth(values[-2], first + values[-2] - values[-1])
+        if values[-2] - values[-1] < least:
+            return True
     if settings.share is None or gradient is None:
         return False
     held = float(gradient @ gradient)

@@ -1,0 +1,122 @@
+"""Gauss-Newton within a trust region, for the least squares of residuals.
+
+1. A step solves the residuals made linear, by a singular value decomposition: values below 1e-6
+   of the largest are cut off, and a step that leaves the trust region is damped (Levenberg 1944,
+   Marquardt 1963) until it fits. The region grows and shrinks with the ratio of the decrease
+   that is found to the one that was expected (More 1978; Nocedal and Wright, algorithm 4.1).
+2. A distance to a surface does not feel points that slide along it. Displacements in all
+   directions are then nearly undetermined, and small residuals ask for huge ones. So the
+   displacement itself is made small beside the residuals (Tikhonov), in a norm that knows folds.
+   Its factor vanishes with the power 3/2 of the residual: with the first power a reachable
+   target would be approached at a constant rate only, with the second one points that are
+   already near slide and fold.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ffdstudio.optimize.methods.problem import CONVERGED, STALLED, Array, Memory, Problem, Trial
+from ffdstudio.optimize.methods.problem import parts as linear
+
+RANK = 1e-6
+ENOUGH = 1e-6  # a share of the cost: an iteration that gains less is the last
+SLOW = 1e-2  # the same where points may slide: they could creep for ever
+PULL = 10.0  # what a displacement costs at a residual as large as the surface, see 2
+FARTHEST = 10.0  # first moves of the surface that a step may make
+SHRUNK, SUFFICIENT = 12, 1e-4  # trials of a step, and the share of a decrease that will do
+ROUNDING = 1e-13  # of the extent: residuals that mean nothing
+
+
+class Model(NamedTuple):
+    """Least squares |matrix step - right|^2 by its singular values."""
+
+    right: Array
+    sigma: Array
+    directions: Array
+
+    @classmethod
+    def of(cls, matrix: Array, right: Array) -> Model:
+        """Decompose, and cut small values off."""
+        u, sigma, vt = np.linalg.svd(matrix, full_matrices=False)
+        kept = sigma > RANK * sigma[0] if sigma[0] > 0 else np.zeros(len(sigma), dtype=bool)
+        return cls(u[:, kept].T @ right, sigma[kept], vt[kept])
+
+    def step(self, damping: float) -> Array:
+        """Damped solution."""
+        return (self.right * self.sigma / (self.sigma**2 + damping)) @ self.directions
+
+    def within(self, radius: float) -> Array:
+        """Longest solution within a radius; damping by bisection of its logarithm."""
+        step = self.step(0.0)
+        if np.linalg.norm(step) <= radius:
+            return step
+        low, high = -16.0, 16.0  # decades around the largest singular value squared
+        for _ in range(60):
+            middle = 0.5 * (low + high)
+            step = self.step(self.sigma[0] ** 2 * 10**middle)
+            low, high = (middle, high) if np.linalg.norm(step) > radius else (low, middle)
+        return self.step(self.sigma[0] ** 2 * 10**high)
+
+    def decrease(self, step: Array) -> float:
+        """Decrease of half the sum of squares that a step is expected to bring."""
+        after = self.sigma * (self.directions @ step) - self.right
+        return 0.5 * float(self.right @ self.right - after @ after)
+
+
+def gauss_newton(problem: Problem, z: Array, memory: Memory) -> str:
+    """Minimise half the sum of squares of the residuals."""
+    here, radius = problem.residuals(z), np.inf
+    while True:
+        cost = problem.displacement_cost(here)
+        model, factor = _model(problem, here, cost)
+        whole = model.step(0.0)
+        expected = model.decrease(whole)
+        if expected <= 0.5 * (ROUNDING * problem.extent) ** 2:
+            return CONVERGED
+        farthest = FARTHEST * problem.longest(whole) * float(np.linalg.norm(whole))
+        found, radius = _better(problem, here, model, min(radius, farthest), cost, factor)
+        if found is None:
+            return CONVERGED if expected <= ENOUGH * here.value else STALLED
+        gained, here = 1 - found.value / here.value, found
+        problem.report(here)
+        if gained <= (ENOUGH if cost is None else SLOW) or (
+            cost is None and expected <= 1e-4 * here.value
+        ):
+            return CONVERGED
+
+
+def _model(problem: Problem, here: Trial, cost: Array | None) -> tuple[Model, float]:
+    """Linear least squares around a trial, and the factor of displacements in it."""
+    residuals, jacobian = linear(here)
+    if cost is None:
+        return Model.of(jacobian, -residuals), 0.0
+    factor = PULL * float(np.linalg.norm(residuals) / problem.extent) ** 1.5
+    root = np.sqrt(factor)
+    rows = np.vstack([jacobian, root * cost])
+    return Model.of(rows, np.concatenate([-residuals, -root * (cost @ here.z)])), factor
+
+
+def _merit(trial: Trial, cost: Array | None, factor: float) -> float:
+    if cost is None:
+        return trial.value
+    return trial.value + 0.5 * factor * float(np.sum((cost @ trial.z) ** 2))
+
+
+def _better(
+    problem: Problem, here: Trial, model: Model, radius: float, cost: Array | None, factor: float
+) -> tuple[Trial | None, float]:
+    """Trial of less cost within the region, which shrinks until there is one; and the region."""
+    for _ in range(SHRUNK):
+        step = model.within(radius)
+        length = float(np.linalg.norm(step))
+        trial = problem.residuals(here.z + step)
+        ratio = (_merit(here, cost, factor) - _merit(trial, cost, factor)) / model.decrease(step)
+        if ratio > SUFFICIENT and trial.value < here.value:
+            if ratio > 0.75:
+                return trial, max(radius, 2 * length)
+            return trial, radius if ratio > 0.25 else 0.5 * length
+        radius = 0.25 * length
+    return None, radius
