@@ -19,8 +19,9 @@
 
 from __future__ import annotations
 
+import threading
+from collections import OrderedDict
 from copy import copy
-from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -30,6 +31,7 @@ from ffdstudio.errors import InputError
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
+REMEMBERED = 4  # contours
 
 
 class PanelFlow:
@@ -196,6 +198,20 @@ class PanelFlow:
         h[1:] += 0.5 * at_middle - tilted + right + swing
 
 
+class _Memory(threading.local):
+    """Flows about the last few contours: each thread's own, so that a study's depend on it alone.
+
+    Rounding differs with the threads of BLAS: what the window has solved about the same contour
+    is not to the bit what a study would solve.
+    """
+
+    def __init__(self) -> None:
+        self.flows: OrderedDict[bytes, dict[tuple[float, ...], PanelFlow]] = OrderedDict()
+
+
+_memory = _Memory()
+
+
 def flow_about(nodes: ArrayLike, angles: tuple[float, ...]) -> PanelFlow:
     """Like `PanelFlow`, but the flows about the last few contours are remembered.
 
@@ -203,16 +219,20 @@ def flow_about(nodes: ArrayLike, angles: tuple[float, ...]) -> PanelFlow:
     angle that has the same factors.
     """
     xy = np.ascontiguousarray(nodes, dtype=np.float64)
-    known = _known(xy.tobytes(), xy.shape)
+    flows, key = _memory.flows, xy.tobytes()
+    known = flows.setdefault(key, {})
+    flows.move_to_end(key)
+    while len(flows) > REMEMBERED:
+        flows.popitem(last=False)
     if angles not in known:
         first = next(iter(known.values()), None)
         known[angles] = PanelFlow(xy, angles) if first is None else first.at(angles)
     return known[angles]
 
 
-@lru_cache(maxsize=4)
-def _known(data: bytes, shape: tuple[int, ...]) -> dict[tuple[float, ...], PanelFlow]:
-    return {}
+def forget_flows() -> None:
+    """Begin afresh: two runs of a study give the same bits, whatever was solved before."""
+    _memory.flows.clear()
 
 
 def _complex(nodes: ArrayLike) -> Complex:

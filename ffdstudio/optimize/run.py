@@ -30,6 +30,7 @@ from ffdstudio.optimize.methods.problem import (
 )
 from ffdstudio.optimize.objectives.base import Stoppable
 from ffdstudio.optimize.objectives.remembered import EvaluationError
+from ffdstudio.optimize.panel import forget_flows
 from ffdstudio.optimize.record import History, Log, Record, pack
 from ffdstudio.optimize.refine.choice import choose, due, limit, rank
 from ffdstudio.optimize.refine.coarsen import coarsened
@@ -86,6 +87,7 @@ class Run:
         """Run until the study has ended or is stopped."""
         from threadpoolctl import threadpool_limits  # type: ignore[import-untyped]
 
+        forget_flows()
         try:
             with threadpool_limits(1, user_api="blas"):  # see 2
                 note = self._coarsened(self._levels_or_over())

@@ -34,7 +34,7 @@ def solved(monkeypatch):
         spent["adjoint"] += 1
         return second(self, *args, **options)
 
-    panel._known.cache_clear()
+    panel.forget_flows()
     monkeypatch.setattr(panel.PanelFlow, "__init__", flow)
     monkeypatch.setattr(panel.PanelFlow, "gradient", adjoint)
     return spent

@@ -84,7 +84,8 @@ def test_every_indicator_refines_without_a_rise(indicator, metric):
     assert (np.diff(cost) <= 1e-12 * cost[:-1]).all()
 
 
-def test_two_runs_are_the_same(flow):
+def test_two_runs_are_the_same_whatever_was_solved_before(flow):
+    flow.evaluate(POINTS)  # with as many threads as BLAS likes
     runs = [
         Study(task(flow, columns(5), POINTS), "lbfgs", Refinement(variables=14, slope=0.8)).run()
         for _ in range(2)
