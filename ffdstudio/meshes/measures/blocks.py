@@ -98,14 +98,14 @@ class Blocks:
 
     def moved_cells(self, moved: np.ndarray) -> np.ndarray:
         """Mask of the cells with a moved node; `moved` is a mask of the points."""
+        from ffdstudio.meshes.measures.corner_kernels import touched
+        from ffdstudio.meshes.measures.work import shared
+
         mask, out = moved, np.zeros(self.count, dtype=bool)
         if self.groups:
             mask = self.extended(moved.astype(np.float64)[:, None])[:, 0] > 0
         for block in self.blocks:
-            touched = mask[block.nodes[:, 0]]
-            for column in block.nodes.T[1:]:
-                touched |= mask[column]
-            out[block.cells[touched]] = True
+            shared(touched, np.arange(len(block.nodes)), block.nodes, block.cells, mask, out)
         return out
 
     def of_cells(self, chosen: np.ndarray) -> tuple[Block, ...]:

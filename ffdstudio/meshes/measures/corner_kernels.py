@@ -12,6 +12,18 @@ from ffdstudio.meshes.measures.work import compiled
 
 
 @compiled
+def touched(
+    chosen: np.ndarray, nodes: np.ndarray, cells: np.ndarray, mask: np.ndarray, out: np.ndarray
+) -> None:
+    """Set `out` for the cells of these rows that have a node in the mask."""
+    for row in chosen:
+        for node in nodes[row]:
+            if mask[node]:
+                out[cells[row]] = True
+                break
+
+
+@compiled
 def corner_measures(
     chosen: np.ndarray,
     rows: np.ndarray,

@@ -41,11 +41,11 @@ class Fabric:
 
     def update(self, points: Array, moved: np.ndarray) -> Indices:
         """Evaluate the faces of the cells in the mask `moved`; the cells whose measures change."""
-        near = np.append(moved, False)  # neighbour -1 is nobody
-        chosen = np.flatnonzero(near[self.faces.owner] | near[self.faces.neighbour])
-        around = np.zeros(len(near), dtype=bool)
-        around[self.faces.owner[chosen]] = around[self.faces.neighbour[chosen]] = True
-        cells = np.flatnonzero(around[:-1])
+        faces = np.zeros(len(self.faces), dtype=bool)
+        around = np.zeros(len(moved), dtype=bool)
+        ends = self.faces.owner, self.faces.neighbour
+        shared(kernels.faces_between, np.arange(len(faces)), *ends, moved, faces, around)
+        chosen, cells = np.flatnonzero(faces), np.flatnonzero(around)
         loops = self.faces.nodes, self.faces.offsets
         shared(kernels.face_geometry, chosen, points, *loops, self.geometry)
         self._cells(np.flatnonzero(moved))

@@ -20,6 +20,25 @@ ROOT_VERY_SMALL = 1.0e-150  # ROOTVSMALL
 
 
 @compiled
+def faces_between(
+    chosen: np.ndarray,
+    owner: np.ndarray,
+    neighbour: np.ndarray,
+    moved: np.ndarray,
+    faces: np.ndarray,
+    around: np.ndarray,
+) -> None:
+    """Flag those of the chosen faces that bound a moved cell, and the cells on both sides."""
+    for f in chosen:
+        o, n = owner[f], neighbour[f]
+        if moved[o] or (n >= 0 and moved[n]):
+            faces[f] = True
+            around[o] = True
+            if n >= 0:
+                around[n] = True
+
+
+@compiled
 def face_geometry(
     chosen: np.ndarray,
     points: np.ndarray,
