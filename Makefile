@@ -14,7 +14,7 @@ PYTEST := $(BIN)/python -m pytest
 BELOW_THE_WINDOW := -n 2 --ignore=tests/gui
 SCREEN = $(if $(DISPLAY),,xvfb-run -a -s "-screen 0 1600x1200x24")
 
-.PHONY: help run test headless lint types layers campaign bench samples clean
+.PHONY: help run test headless lint types layers campaign bench samples pictures clean
 
 help: ## this list
 	@grep -E '^[a-z]+:.*## ' Makefile | sed 's/:.*## /\t/' | expand -t 12
@@ -62,6 +62,10 @@ bench: ## every benchmark, one after the other
 samples: ## make the sample meshes anew
 	@$(SETUP) samples
 	@$(BIN)/python sample_meshes/generate.py
+
+pictures: ## make the README's pictures of the window anew
+	@$(SETUP) dev
+	@$(SCREEN) $(BIN)/python resources/pictures/make.py
 
 clean: ## remove the environment, caches and results
 	rm -rf .venv build dist $(RESULTS) .pytest_cache .mypy_cache .ruff_cache \
