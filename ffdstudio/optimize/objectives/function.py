@@ -46,22 +46,6 @@ class PythonFunction:
         """See `Objective`."""
         return checked(_call(self.function, points), points, self.differentiable)
 
-    def evaluate_all(self, shapes: list[Array]) -> list[Evaluation]:
-        """Evaluate several shapes, in spawned processes if there are to be several."""
-        if self.processes == 1 or len(shapes) < 2:
-            return [self.evaluate(points, False) for points in shapes]
-        from concurrent.futures import ProcessPoolExecutor
-        from multiprocessing import get_context
-
-        with ProcessPoolExecutor(self.processes, mp_context=get_context("spawn")) as pool:
-            values = list(pool.map(call_named, [str(self.name)] * len(shapes), shapes))
-        return [checked(v, p, self.differentiable) for v, p in zip(values, shapes, strict=True)]
-
-
-def call_named(name: str, points: Array) -> Any:
-    """Call a function by name; what a spawned process does."""
-    return _call(named(name), points)
-
 
 def named(name: str) -> Callable[[Array], Any]:
     """Function by "module:function"."""
