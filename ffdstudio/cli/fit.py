@@ -37,9 +37,23 @@ def add(parser: argparse.ArgumentParser) -> None:
     way.add_argument(
         "--adaptive", choices=list(INDICATORS), default="gain", help="indicator (gain)"
     )
-    parser.add_argument("--method", choices=_methods(), default="gauss-newton")
-    parser.add_argument("--norm", choices=("l2", "max"), default="l2")
-    parser.add_argument("--metric", choices=("none", "l2", "h1"), default="l2")
+    parser.add_argument(
+        "--method",
+        choices=_methods(),
+        default="gauss-newton",
+        help="of optimization (gauss-newton)",
+    )
+    parser.add_argument(
+        "--norm",
+        choices=("l2", "max"),
+        default="l2",
+        help="of the error: mean square or largest (l2)",
+    )
+    parser.add_argument(
+        "--metric", choices=("none", "l2", "h1"), default="l2",
+        help="in which the variables are orthonormal: that of the surface (l2), with its slopes "
+        "(h1), or the control points as they are (none)",
+    )  # fmt: skip
     parser.add_argument("--row-wise", action="store_true", help="a new knot frees one row only")
     parser.add_argument("--spacing", choices=("greville", "uniform"), default="greville")
     parser.add_argument("--directions", metavar="xyz", help="of displacements, 3D only (xyz)")

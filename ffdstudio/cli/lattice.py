@@ -25,6 +25,7 @@ from ffdstudio.meshes.planes import planes_of
 from ffdstudio.project.freezing import Face, advice, face_name, suggested
 from ffdstudio.project.seating import seat_sentence, seated
 
+NEAR = 0.1  # of the shape's largest extent
 MOST = 1_000_000  # control points; no file or solver has room for more
 
 
@@ -51,10 +52,11 @@ def add(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--margin",
         type=fraction,
-        default=0.05,
+        nargs="+",
+        default=[0.05],
         metavar="F",
-        help="room on each side as a fraction of the extent (default 0.05); none beyond a "
-        "symmetry plane",
+        help="room on each side as a fraction of the extent, one for all or one a direction "
+        "(default 0.05); none beyond a symmetry plane",
     )
     parser.add_argument(
         "--axes", type=axes, metavar="XYZ", help="directions of i, j, k, such as xz"
@@ -106,6 +108,7 @@ def run(args: argparse.Namespace) -> int:
     degrees = ", ".join(map(str, lattice.degrees))
     text = f"{args.output}: {sized(shape)} control points of degree {degrees} ({exactness})"
     lines = [text, seat_sentence(planes), _freezing(faces, frozen, chosen, lattice, planes)]
+    lines.append(_closeness(lattice, nodes, faces) if frozen else "")
     emit(result, "\n".join(line for line in lines if line), args.json)
     return 0
 
@@ -121,6 +124,25 @@ def _freezing(
             f"{where}, but {sized(lattice.shape)} points leave none to freeze: nothing is frozen."
         )
     return line
+
+
+def _closeness(lattice: Lattice, nodes: np.ndarray, faces: list[Face]) -> str:
+    """A word where frozen faces lie so near the shape that little can move between them."""
+    local = nodes @ lattice.axes.T
+    extent = float(np.ptp(local, axis=0).max())
+    ends = lattice.domain
+    gaps = {
+        face: abs(float((local.min(axis=0), local.max(axis=0))[face[1]][face[0]] - ends[face]))
+        for face in faces
+    }
+    near = [face for face, gap in gaps.items() if gap < NEAR * extent]
+    if not near:
+        return ""
+    least = min(gaps[face] for face in near)
+    return (
+        f"Frozen at {', '.join(map(face_name, near))}, as near as {least:.3g} to the shape, the "
+        "lattice has little room to move it: a larger --margin gives more."
+    )
 
 
 def _shape(counts: Sequence[int]) -> tuple[int, ...]:
@@ -145,7 +167,7 @@ def around(
     A flat mesh gets one of thickness 1 in the third direction.
     """
     frame = Frame.of(args.axes, len(shape))
-    bounds = frame.bounds(nodes, args.margin)
+    bounds = frame.bounds(nodes, args.margin[0] if len(args.margin) == 1 else args.margin)
     lower, upper, planes = seated(frame, bounds, nodes, planes_of(mesh))
     if mesh.dimension == 2:
         normal = np.flatnonzero(frame.axes[:, 2])

@@ -30,6 +30,7 @@ from ffdstudio.meshes import Mesh, read_mesh
 from ffdstudio.paths import exists, is_folder, is_same
 from ffdstudio.project.remarks import remarks
 
+MOST_NAMED = 4  # markers in the line of a mesh
 FARTHEST = 1e100  # beyond it lengths and volumes are no numbers any more
 
 
@@ -95,7 +96,9 @@ def run(args: argparse.Namespace) -> int:
     content = read_lattice_file(lattice_file, args.block)
     if len(content.blocks) > 1 and args.block is None:
         note(f"{lattice_file} holds {len(content.blocks)} lattices; the first is taken (--block)")
-    rest, current = edited(content, args.move, args.weight, args.frozen)
+    rest, current, held = edited(content, args.move, args.weight, args.frozen)
+    for text in held:
+        note(f"warning: {text}: this control point is frozen and stays; --frozen 0 frees all")
     targets = _targets(sources, Path(args.output))
     _check_kept(targets, sources, lattice_file)
     morphs = [
@@ -111,7 +114,9 @@ def run(args: argparse.Namespace) -> int:
         for morph in morphs:
             write_morphed(morph.mesh, morph.target, morph.points, [(rest, current)], args.boxes)
     folded = folds(current, rest)
-    result = {**_together([morph.result for morph in morphs]), **_invertible(folded)}
+    result = {
+        **_together([morph.result for morph in morphs]), **_invertible(folded), "held": held,
+    }  # fmt: skip
     lines = [*map(_line, morphs), _folds_line(folded)]
     emit(result, "\n".join(lines), args.json)
     return 1 if result["inverted"] else 0
@@ -119,9 +124,9 @@ def run(args: argparse.Namespace) -> int:
 
 def edited(
     content: LatticeFile, moves: list[str], weights: list[str], frozen: int | None
-) -> tuple[Lattice, Lattice]:
-    """Lattice at rest and the deformed one with moves, weights and frozen layers applied."""
-    rest, current = content.rest, content.current
+) -> tuple[Lattice, Lattice, list[str]]:
+    """Lattice at rest, the deformed one, and the options that frozen points bring to nothing."""
+    rest, current, told = content.rest, content.current, []
     points, values = current.control_points.copy(), current.weights.copy()
     for text in moves:
         index, vector = assignment(text, "--move", rest)
@@ -129,17 +134,19 @@ def edited(
             count = "two or three" if rest.dimension == 2 else "three"
             raise InputError(f"--move {shortened(text)}: {count} displacements are needed")
         points[index][: len(vector)] += vector
+        told.append((index, f"--move {shortened(text)}"))
     for text in weights:
         index, value = assignment(text, "--weight", rest)
         if len(value) != 1 or value[0] <= 0:
             raise InputError(f"--weight {shortened(text)}: one positive number is needed")
         values[index] = value[0]
+        told.append((index, f"--weight {shortened(text)}"))
     if frozen is None:
         mask = frozen_mask(rest.shape, content.frozen, content.open_faces)
     else:
         mask = frozen_mask(rest.shape, frozen)
     points[mask], values[mask] = rest.control_points[mask], rest.weights[mask]
-    return rest, rest.moved(points, values)
+    return rest, rest.moved(points, values), [text for index, text in told if mask[index]]
 
 
 def morphed(source: str, target: Path, rest: Lattice, current: Lattice) -> Morph:
@@ -171,10 +178,15 @@ def measured(mesh: Mesh, points: Array) -> dict[str, Any]:
     return {
         "nodes": len(points),
         "moved": int(moved.sum()),
-        "max_displacement": float(np.linalg.norm(step, axis=1).max(initial=0.0)),
+        "max_displacement": _largest(step),
+        "markers": {name: _largest(step[mesh.marker_nodes(name)]) for name in mesh.boundaries},
         "inverted": inverted(mesh, points).count,
         "safe_amplitude": safe if np.isfinite(safe) else None,  # None: nothing ever inverts
     }
+
+
+def _largest(step: Array) -> float:
+    return float(np.linalg.norm(step, axis=1).max(initial=0.0))
 
 
 def _targets(sources: list[str], out: Path) -> list[Path]:
@@ -233,14 +245,16 @@ def _folds_line(folded: Folds) -> str:
         return str(folded)
     ends = zip("ijk", where[0], strict=False)
     place = ", ".join(f"{name} {low:.4g} to {high:.4g}" for name, (low, high) in ends)
-    return f"{folded}, the first one at {place}"
+    return f"warning: {folded}, the first one at {place}"
 
 
 def _line(morph: Morph) -> str:
     result = morph.result
     safe = result["safe_amplitude"]
     limit = "safe at any multiple" if safe is None else f"safe up to {safe:.6g} times that"
+    walls = [f"{name} by up to {step:.4g}" for name, step in result["markers"].items() if step > 0]
+    at = f" ({', '.join(walls[:MOST_NAMED])})" if walls else ""
     return (
         f"{morph.target}: {result['moved']} of {result['nodes']} nodes moved, by up to "
-        f"{result['max_displacement']:.4g}; {limit}; {result['inverted']} inverted cells"
+        f"{result['max_displacement']:.4g}{at}; {limit}; {result['inverted']} inverted cells"
     )

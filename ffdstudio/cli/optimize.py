@@ -55,10 +55,25 @@ def run(args: argparse.Namespace) -> int:
         if case.mesh is not None:
             name, result["mesh"] = _mesh(case.mesh, case.rest, history.lattice(-1), folder)
             result["files"].append(name)
-    text = "\n".join(f"{key:<12} {value}" for key, value in result.items() if key != "history")
-    emit(result, text, args.json)
+    emit(result, _text(result, args.output), args.json)
     failed = result["ended"].startswith("failed") or result["violation"] > MET
     return 1 if failed or result.get("mesh", {}).get("inverted") else 0
+
+
+def _text(result: dict[str, Any], folder: str | None) -> str:
+    """Figures for people."""
+    lines = [
+        f"{key:<12} {value:.4g}" if isinstance(value, float) else f"{key:<12} {value}"
+        for key, value in result.items()
+        if value is not None and key not in ("history", "files", "measures", "mesh")
+    ]
+    parts = {**result["measures"], **result.get("mesh", {})}
+    lines += [
+        f"  {key} {value:.6g}" for key, value in parts.items() if isinstance(value, int | float)
+    ]
+    if folder is not None:
+        lines.append(f"results in {folder}: {', '.join(result['files'])}")
+    return "\n".join(lines)
 
 
 def _ran(case: Case, path: str) -> History:

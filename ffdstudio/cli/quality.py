@@ -44,7 +44,7 @@ def run(args: argparse.Namespace) -> int:
     if args.against is None:
         for name in ("volume_ratio", "first_layer_ratio"):
             result["measures"].pop(name, None)
-    emit(result, table(report, result), args.json)
+    emit(result, table(report, result, args.against is not None), args.json)
     return 1 if result["inverted"] else 0
 
 
@@ -65,11 +65,14 @@ def check_same(rest: Mesh, mesh: Mesh, rest_name: str, name: str) -> None:
         raise InputError(f"{name} and {rest_name} are not the same mesh: nodes or cells differ")
 
 
-def table(report: Report, result: dict[str, Any]) -> str:
+def table(report: Report, result: dict[str, Any], compared: bool) -> str:
     """Lay the report out for people."""
     rows = [_HEAD, *(_row(name, entry) for name, entry in result["measures"].items())]
     widths = [max(len(row[i]) for row in rows) for i in range(len(_HEAD))]
-    counts = f"{result['inverted']} inverted, {result['negative']} with a negative corner"
+    inverted = f"{result['inverted']} inverted, " if compared else ""
+    counts = f"{inverted}{result['negative']} with a negative corner"
+    if result["negative"] and not compared:
+        counts += " (whether they were turned inside out, the undeformed mesh tells: --against)"
     lines = [f"{report.cells} cells, {counts}", ""]
     lines += [_aligned(row, widths) for row in rows]
     lines += ["", "beyond the limits of"]

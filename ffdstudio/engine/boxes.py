@@ -35,21 +35,27 @@ class Frame(NamedTuple):
             raise InputError("the axes of a lattice must be unit vectors at right angles")
         return cls(vectors)
 
-    def bounds(self, points: ArrayLike, margin: float) -> tuple[Array, Array]:
-        """Lower and upper corner, (3,) each, of the points with a margin around them."""
+    def bounds(self, points: ArrayLike, margin: ArrayLike) -> tuple[Array, Array]:
+        """Lower and upper corner, (3,) each, of the points with a margin around them.
+
+        The margin is a fraction of the extent, one for all directions or one for each.
+        """
         array = kv.numbers(points, "points")
         if array.ndim != 2 or array.shape[1] != 3 or len(array) == 0:
             raise InputError(f"points must be an array (n, 3) with n >= 1, got {array.shape}")
         if not np.isfinite(array).all():
             raise InputError("the points to put a lattice around must be finite numbers")
-        if not (np.isfinite(margin) and margin >= 0):
-            raise InputError(f"the margin must be a finite fraction of at least 0, got {margin}")
+        room = kv.numbers(margin, "the margin")
+        if not (np.isfinite(room).all() and (room >= 0).all()):
+            raise InputError(f"the margin must be a finite fraction of at least 0, got {margin!r}")
+        if room.shape not in ((), (len(self.axes),)):
+            raise InputError(f"{len(self.axes)} directions need 1 or {len(self.axes)} margins")
         flat = array @ self.axes.T
         lower, upper = flat.min(axis=0), flat.max(axis=0)
         extent = upper - lower
         extent[extent <= 1e-12 * extent.max()] = extent.max()
         corners = np.zeros((2, 3))
-        corners[:, : len(self.axes)] = lower - margin * extent, upper + margin * extent
+        corners[:, : len(self.axes)] = lower - room * extent, upper + room * extent
         return corners[0], corners[1]
 
 

@@ -175,7 +175,7 @@ class Lattice:
         points: ArrayLike,
         shape: Sequence[int] = (8, 6, 4),
         degrees: Sequence[int] | None = None,
-        margin: float = 0.05,
+        margin: ArrayLike = 0.05,
         axes: ArrayLike | None = None,
         spacing: str = "greville",
     ) -> Self:
@@ -185,9 +185,10 @@ class Lattice:
         ----------
         points : array_like
             (n, 3) finite coordinates; n >= 1.
-        margin : float
+        margin : float or array_like
             Distance from the points to the faces as a fraction of the extent in that
-            direction (a direction without extent takes the largest one).
+            direction (a direction without extent takes the largest one); one for all
+            directions or one for each.
 
         See `box` for the other parameters and for the errors raised.
 

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from ffdstudio.project.guarding import Verdict
 
 STEM, OCTAVE = 40.0, 40.0  # pixels: stem of a weight handle at weight 1, and for twice that
+NOISE = 1e-12  # of a displacement: less in a direction is rounding
 SHORTEST, LONGEST = 14.0, 180.0
 
 
@@ -61,6 +62,8 @@ def weight_handle(camera: Camera, point: NDArray[np.float64], weight: float) -> 
 
 def vector_text(vector: NDArray[np.float64], lock: Lock | None) -> str:
     """Read-out of a displacement."""
-    parts = ", ".join(f"{value + 0.0:.4g}" for value in vector)
+    size = float(np.linalg.norm(vector))
+    clean = np.where(np.abs(vector) < NOISE * size, 0.0, vector)
+    parts = ", ".join(f"{value + 0.0:.4g}" for value in clean)
     name = f"  [{lock.name}]" if lock is not None and lock.name else ""
-    return f"Δ {parts}   {float(np.linalg.norm(vector)):.4g}{name}"
+    return f"Δ {parts}   length {size:.4g}{name}"

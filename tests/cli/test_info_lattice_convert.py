@@ -101,6 +101,33 @@ def test_a_lattice_around_everything(ffdstudio, cube, tmp_path):
     assert np.allclose([low, high], [[-0.1] * 3, [1.1] * 3], rtol=0, atol=1e-15)
 
 
+def test_a_margin_may_be_given_for_each_direction(ffdstudio, cube, tmp_path):
+    words = ["--shape", 3, 3, 3, "--margin", 0.1, 0.5, 2]
+    low, high = corners(made(ffdstudio, cube, tmp_path, *words))
+    assert np.allclose([low, high], [[-0.1, -0.5, -2], [1.1, 1.5, 3]], rtol=0, atol=1e-15)
+    path = tmp_path / "x.lattice.json"
+    assert ffdstudio("lattice", cube, "--shape", 3, 3, 3, "--margin", 1, 2, "-o", path) == 2
+    assert "3 directions need 1 or 3 margins" in ffdstudio.err
+
+
+def test_frozen_faces_near_the_shape_are_told(ffdstudio, square, tmp_path):
+    words = [
+        "lattice",
+        square,
+        "--shape",
+        5,
+        5,
+        "--marker",
+        "top",
+        "-o",
+        tmp_path / "x.lattice.json",
+    ]
+    assert ffdstudio(*words) == 0
+    assert "a larger --margin gives more" in ffdstudio.out
+    assert ffdstudio(*words, "--margin", 0.3) == 0
+    assert "--margin" not in ffdstudio.out
+
+
 def test_a_lattice_around_a_marker(ffdstudio, square, tmp_path):
     words = ["--shape", 4, 3, "--marker", "top", "--margin", 0.05]
     low, high = corners(made(ffdstudio, square, tmp_path, *words))

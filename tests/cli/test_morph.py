@@ -87,6 +87,27 @@ def test_frozen_layers_stay_and_the_file_says_how_many(ffdstudio, square, tmp_pa
     assert "frozen" in ffdstudio.err
 
 
+def test_a_move_of_a_frozen_point_is_warned_of(ffdstudio, square, tmp_path):
+    path, _ = lattice_file(tmp_path, (6, 6), frozen=1)
+    words = ["morph", square, path, "-o", tmp_path / "out.su2"]
+    told = ffdstudio.json(*words, "--move", "0,2=0.1,0", "--move", "2,2=0.1,0", "--weight", "5,5=2")
+    assert told["held"] == ["--move 0,2=0.1,0", "--weight 5,5=2"]
+    assert "--move 0,2=0.1,0: this control point is frozen" in ffdstudio.err
+    assert told["moved"] > 0
+
+
+def test_how_far_each_marker_moves_is_told(ffdstudio, square, tmp_path):
+    path, rest = lattice_file(tmp_path)
+    out = tmp_path / "out.su2"
+    told = ffdstudio.json("morph", square, path, "-o", out, "--move", "2,4=0,0.05")
+    assert told["markers"]["bottom"] == 0
+    before, after = read_mesh(square), read_mesh(out)
+    step = np.linalg.norm(after.points - before.points, axis=1)
+    assert told["markers"]["top"] == pytest.approx(step[before.marker_nodes("top")].max())
+    ffdstudio("morph", square, path, "-o", out, "--move", "2,4=0,0.05")
+    assert "(top by up to 0.0" in ffdstudio.out
+
+
 def test_frozen_layers_of_a_deformed_lattice_are_reset(ffdstudio, square, tmp_path):
     rest = Lattice.box([0, 0], [1, 1], shape=(6, 6))
     write_lattice(tmp_path / "l.lattice.json", rest, rest.moved(rest.control_points * [1.1, 1, 1]))

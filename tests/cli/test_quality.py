@@ -65,6 +65,15 @@ def test_an_inverted_cell_is_exit_code_1(meshes, capsys):
     assert "1 inverted" in out.out
 
 
+def test_without_a_reference_nothing_is_called_inverted(meshes, capsys):
+    code, out = told(capsys, meshes / "folded.su2")
+    assert code == 0
+    first = out.out.splitlines()[0]
+    assert "inverted" not in first
+    assert "negative corner" in first
+    assert "--against" in first
+
+
 def test_the_table_names_measures_limits_and_definitions(meshes, capsys):
     code, out = told(capsys, meshes / "rest.su2")
     assert code == 0

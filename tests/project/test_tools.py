@@ -12,7 +12,7 @@ from ffdstudio.project import commands as c
 from ffdstudio.project.camera import Camera
 from ffdstudio.project.document import Document
 from ffdstudio.project.events import PointerEvent
-from ffdstudio.project.feedback import weight_handle
+from ffdstudio.project.feedback import vector_text, weight_handle
 from ffdstudio.project.spread import Mirror, Soft
 from ffdstudio.project.tools import Options, Tools
 from tests.project.scenes import BOX, look, opened, write_cube, write_square
@@ -417,3 +417,8 @@ def test_arrow_keys_keep_a_flat_mesh_in_its_plane(flat: Hand) -> None:
     for key in ("Up", "Left"):
         assert flat.key(key)
     assert ((flat.net - before)[..., 2] == 0).all()
+
+
+def test_the_read_out_of_a_displacement_shows_no_rounding():
+    assert vector_text(np.array([-1.1e-16, 0.05, 0.0]), None) == "Δ 0, 0.05, 0   length 0.05"
+    assert vector_text(np.zeros(3), None) == "Δ 0, 0, 0   length 0"

@@ -32,6 +32,7 @@ from ffdstudio.project.model import Index, LatticeItem
 Array = NDArray[np.float64]
 FOLLOW_MS = 100  # between two readings during a drag
 SAME = 1e-9  # of the lattice's diagonal: points that were moved alike differ in the last digits
+ROUNDED = 1e-14  # of the diagonal: a displacement below it is none
 TENTHS = 100  # steps of the weight's slider from 1 to 10, and from 1 to 0.1
 
 
@@ -137,7 +138,9 @@ class PointsPanel(QWidget):
         self._title(points, item)
         close = SAME * item.rest.diagonal
         self.position.put(_common(positions, close))
-        self.displacement.put(_common(positions - rest, close))
+        step = positions - rest
+        step[np.abs(step) < ROUNDED * item.rest.diagonal] = 0.0
+        self.displacement.put(_common(step, close))
         self.by.put([0.0, 0.0, 0.0])
         weight = _common(item.current.weights[where][:, None])[0]
         self.weight.put(weight, "mixed")
