@@ -97,7 +97,7 @@ def test_a_move_of_a_frozen_point_is_warned_of(ffdstudio, square, tmp_path):
 
 
 def test_how_far_each_marker_moves_is_told(ffdstudio, square, tmp_path):
-    path, rest = lattice_file(tmp_path)
+    path, _ = lattice_file(tmp_path)
     out = tmp_path / "out.su2"
     told = ffdstudio.json("morph", square, path, "-o", out, "--move", "2,4=0,0.05")
     assert told["markers"]["bottom"] == 0
