@@ -249,7 +249,11 @@ def test_export_of_inverted_cells_is_asked_and_they_can_be_shown(
     cubed.idle()
     assert len(script.asked) == 1
     assert "inside out" in script.asked[0].text
-    assert cubed.window.quality.choice.wanted.measure == "scaled_jacobian"
+    part = cubed.window.quality
+    assert part.choice.wanted.measure == "scaled_jacobian"
+    cubed.qtbot.waitUntil(lambda: part.choice.wanted.cell >= 0)
+    report = part.checks.report("body1")
+    assert report.inverted[part.choice.wanted.cell]  # and the camera flies to it
     script.answers, script.targets = ["export"], [tmp_path / "bad.su2"]
     cubed.trigger("file.export_mesh")
     cubed.idle()

@@ -1,4 +1,7 @@
-"""From values to colours: one map that grows brighter as cells get worse, one for changes."""
+"""From values to colours: a map that leaves the ground of the picture as cells get worse, one
+for changes. Good cells stay near the ground, so that lattice, marks and labels are seen on them;
+no map has the red of inverted cells.
+"""
 
 from __future__ import annotations
 
@@ -26,12 +29,12 @@ def table(name: str, reverse: bool) -> Colours:
     return colours[::-1] if reverse else colours
 
 
-def map_of(measure: str, change: bool) -> Colours:
-    """Colours along the scale: bright is bad for values, red is worse for changes."""
+def map_of(measure: str, change: bool, theme: Theme) -> Colours:
+    """Colours along the scale: far from the theme's ground is bad; for changes red is worse."""
     worst = MEASURES[measure].worst
     if change or worst == "both":
         return table("CET-D1", worst == "low")
-    return table("viridis", worst == "low")
+    return table("viridis" if theme.name == "dark" else "CET-L12", worst == "low")
 
 
 def scale_of(digest: Digest, change: bool) -> Scale:

@@ -62,7 +62,7 @@ class Histogram(pyqtgraph.PlotWidget):
         edges = np.log10(digest.edges) if digest.scale.log else digest.edges
         middles = (digest.edges[1:] + digest.edges[:-1]) / 2
         places = scale_of(digest, False).place(middles)
-        colours = map_of(digest.measure, False)[np.round(places * 255).astype(int)]
+        colours = map_of(digest.measure, False, theme)[np.round(places * 255).astype(int)]
         brushes = [QColor(*colour) for colour in colours.tolist()]
         self.bars.setOpts(
             x0=edges[:-1],

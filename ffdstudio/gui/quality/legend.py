@@ -90,7 +90,7 @@ class Legend(QWidget):
         painter.end()
 
     def _fill_bar(self, painter: QPainter, bar: QRectF, change: bool) -> None:
-        colours = map_of(self._choice.wanted.measure, change)
+        colours = map_of(self._choice.wanted.measure, change, self._studio.theme)
         gradient = QLinearGradient(QPointF(bar.left(), 0), QPointF(bar.right(), 0))
         for number in range(0, 256, 15):
             gradient.setColorAt(number / 255, QColor(*colours[number].tolist()))

@@ -149,7 +149,7 @@ class Painter:
         values = digest.change if change else report.measures[wanted.measure]
         chosen = np.where(cells < 0, np.nan, values[cells])
         theme = self._studio.theme
-        scale, colours = scale_of(digest, change), map_of(wanted.measure, change)
+        scale, colours = scale_of(digest, change), map_of(wanted.measure, change, theme)
         found = colours_of(chosen, scale, colours, theme)
         inverted = np.round(np.array(theme.rgb("danger")) * 255)
         found[(cells >= 0) & report.inverted[cells]] = inverted.astype(np.uint8)

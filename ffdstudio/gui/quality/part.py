@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+import numpy as np
 from PySide6.QtWidgets import QDockWidget
 
 from ffdstudio.gui.actions import Actions
@@ -49,7 +50,10 @@ class QualityPart:
         self.line, self.ring = GuardLine(scene.viewport, tools), RingLine(studio, scene)
         self.reveal: Callable[[], None] = lambda: None
         self._seen = False
-        self._listening = Listening((self.choice.changed, self._watch))
+        self._sought = ""  # body whose inverted cells are to be shown
+        self._listening = Listening(
+            (self.choice.changed, self._watch), (self.checks.changed, self._find)
+        )
 
     def attach(self, dock: QDockWidget, actions: Actions) -> None:
         """Take note of the dock the panel is in, and of the rows of the menu."""
@@ -102,9 +106,22 @@ class QualityPart:
         self.choice.want(colour="value" if on else "off")
 
     def show_inverted(self, body: str) -> None:
-        """Show a body by the measure that inverted cells fail."""
+        """Show a body by the measure that inverted cells fail, and fly to the worst of them."""
         self.reveal()
         self.choice.want(body=body, measure="scaled_jacobian", colour="value")
+        self._sought = body
+        self._find()
+
+    def _find(self, _key: str = "") -> None:
+        """Pick the inverted cell that is sought, once the cells are measured."""
+        report = self.checks.report(self._sought)
+        if report is None or not self.checks.current(self._sought):
+            return
+        cells = np.flatnonzero(report.inverted)
+        if len(cells):
+            worst = np.argmin(report.measures["scaled_jacobian"][cells])
+            self.choice.want(cell=int(cells[worst]))
+        self._sought = ""
 
     def worst(self) -> None:
         """Fly to the worst cell; when there already, to the next one."""
