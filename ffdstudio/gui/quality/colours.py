@@ -1,6 +1,7 @@
-"""From values to colours: a map that leaves the ground of the picture as cells get worse, one
-for changes. Good cells stay near the ground, so that lattice, marks and labels are seen on them;
-no map has the red of inverted cells.
+"""From values to colours: a map for what is bad, and one for what has changed.
+
+Good cells stay near the ground of the picture, so that lattice, marks and labels are seen on
+them; no map has the red of inverted cells.
 """
 
 from __future__ import annotations
