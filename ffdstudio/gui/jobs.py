@@ -9,6 +9,7 @@
    cancels that one and drops what it would have delivered.
 5. Jobs of one `line` deliver in the order in which they were started: files arrive as they
    were asked for. One that has ended keeps its result until those before it have ended.
+6. No garbage is collected in a worker: see `collecting`.
 """
 
 from __future__ import annotations
@@ -19,6 +20,8 @@ from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 from PySide6.QtCore import QEventLoop, QObject, Qt, Signal, Slot
+
+from ffdstudio.gui.collecting import collector
 
 WORKERS = 2
 
@@ -103,6 +106,7 @@ class Jobs(QObject):
 
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
+        collector().workers.add(self)
         self._pool = ThreadPoolExecutor(WORKERS, "worker")
         self._jobs: list[Job] = []
         self._posted.connect(self._deliver, Qt.ConnectionType.QueuedConnection)
