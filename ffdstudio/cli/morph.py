@@ -21,10 +21,12 @@ from ffdstudio.cli.parsing import assignment, named, shortened, whole
 from ffdstudio.engine import Lattice, embed
 from ffdstudio.engine.folds import Folds, folds
 from ffdstudio.engine.frozen import frozen_mask
+from ffdstudio.engine.inversion.tangle import refuse_tangled
 from ffdstudio.engine.knots import Array
 from ffdstudio.errors import InputError
 from ffdstudio.exchange import LatticeFile, read_lattice_file
 from ffdstudio.exchange.morphed import BOXES, write_morphed
+from ffdstudio.exchange.text import naming
 from ffdstudio.files import together
 from ffdstudio.meshes import Mesh, read_mesh
 from ffdstudio.paths import exists, is_folder, is_same
@@ -96,6 +98,8 @@ def run(args: argparse.Namespace) -> int:
     content = read_lattice_file(lattice_file, args.block)
     if len(content.blocks) > 1 and args.block is None:
         note(f"{lattice_file} holds {len(content.blocks)} lattices; the first is taken (--block)")
+    with naming(lattice_file):
+        refuse_tangled(content.rest)
     rest, current, held = edited(content, args.move, args.weight, args.frozen)
     for text in held:
         note(f"warning: {text}: this control point is frozen and stays; --frozen 0 frees all")

@@ -102,13 +102,13 @@ def folds(lattice: Lattice, rest: Lattice | None = None) -> Folds:
     >>> print(folds(box.moved(points)))
     the lattice folds in 1 knot span (exact, by Bezier coefficients)
     """
-    spans = [_spans(knots) for knots in lattice.knots]
+    spans = [knot_spans(knots) for knots in lattice.knots]
     exact = bool((lattice.weights == 1).all())
     nodes = [_nodes(p, lattice.dimension, exact) for p in lattice.degrees]
     sign = _orientation(lattice if rest is None else rest)
     answers = []
     for slab in _slabs(spans, nodes):
-        values = sign * _determinants(lattice, slab, nodes)
+        values = sign * determinants(lattice, slab, nodes)
         answers.append(_by_coefficients(values, nodes) if exact else _by_samples(values))
     shape = tuple(len(s) for s in spans)
     bad, open_ones = (np.concatenate(part).reshape(shape) for part in zip(*answers, strict=True))
@@ -128,9 +128,9 @@ def _slabs(spans: list[Array], nodes: list[Array]) -> list[list[Array]]:
 
 def _orientation(lattice: Lattice) -> float:
     """Sign of the determinant that prevails in the middles of the knot spans."""
-    spans = [_spans(knots) for knots in lattice.knots]
+    spans = [knot_spans(knots) for knots in lattice.knots]
     middles = [np.array([0.5])] * lattice.dimension
-    return 1.0 if _determinants(lattice, spans, middles).sum() >= 0 else -1.0
+    return 1.0 if determinants(lattice, spans, middles).sum() >= 0 else -1.0
 
 
 def _by_samples(values: Array) -> tuple[np.ndarray, np.ndarray]:
@@ -139,7 +139,7 @@ def _by_samples(values: Array) -> tuple[np.ndarray, np.ndarray]:
     return bad, np.zeros_like(bad)
 
 
-def _spans(knots: Array) -> Array:
+def knot_spans(knots: Array) -> Array:
     """(k, 2) ends of the knot spans that have a length."""
     distinct = np.unique(knots)
     return np.column_stack([distinct[:-1], distinct[1:]])
@@ -154,7 +154,7 @@ def _nodes(degree: int, dimension: int, exact: bool) -> Array:
     return (1 - np.cos(np.pi * (np.arange(count) + 0.5) / count)) / 2
 
 
-def _determinants(lattice: Lattice, spans: list[Array], nodes: list[Array]) -> Array:
+def determinants(lattice: Lattice, spans: list[Array], nodes: list[Array]) -> Array:
     """(spans, nodes of each direction) Jacobian determinants in the span of the axes."""
     places = [(s[:, :1] + np.diff(s) * n).ravel() for s, n in zip(spans, nodes, strict=True)]
     d = lattice.dimension

@@ -373,3 +373,14 @@ def test_whether_the_lattice_is_invertible_is_said_with_the_place(ffdstudio, squ
     ffdstudio(*words, "--move", "0,0=1.5,0", "--move", "0,1=1.5,0")
     assert "the lattice folds in 1 knot span (" in ffdstudio.out
     assert "at i 0 to 0.5, j 0 to 1" in ffdstudio.out
+
+
+def test_a_lattice_with_swapped_corners_is_refused_by_its_name(ffdstudio, cube, tmp_path):
+    path = tmp_path / "swapped.cfg"
+    corners = ["0,0,0", "1,0,0", "0,1,0", "1,1,0", "0,0,1", "1,0,1", "0,1,1", "1,1,1"]
+    path.write_text(
+        f"FFD_DEFINITION= (A, {', '.join(corners)})\nFFD_DEGREE= (2, 2, 2)\nFFD_BLENDING= BEZIER\n"
+    )
+    assert ffdstudio("morph", cube, path, "-o", tmp_path / "out.su2") == 2
+    assert "swapped.cfg: the lattice at rest is folded" in ffdstudio.err
+    assert "corners are in the wrong order" in ffdstudio.err

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from ffdstudio.engine.inversion.bins import Bins, sort_into_bins
 from ffdstudio.engine.inversion.cells import BEND, cut
+from ffdstudio.engine.inversion.tangle import refuse_tangled
 from ffdstudio.engine.knots import Array
 from ffdstudio.errors import InputError
 
@@ -46,19 +47,20 @@ def prepared(lattice: Lattice, net: Net) -> Prepared:
     Raises
     ------
     InputError
-        If the net has no extent in some direction of its axes.
+        If the net has no extent in some direction of its axes, or is folded as a whole.
     """
     key = id(lattice)
     found = _known.get(key)
     if found is not None and found[0]() is lattice:
         return found[1]
+    _check_extent(net)
+    refuse_tangled(lattice)
     made = _prepare(net)
     _known[key] = (weakref.ref(lattice, lambda _: _known.pop(key, None)), made)
     return made
 
 
 def _prepare(net: Net) -> Prepared:
-    _check_extent(net)
     padded = net.padded()
     flat = padded.points.reshape(-1, 3)
     centre = 0.5 * (flat.min(axis=0) + flat.max(axis=0))
