@@ -47,7 +47,7 @@ def test_corners_in_a_wrong_order_are_refused_whichever_order_that_is():
 
 @pytest.mark.parametrize("order", [(0, 1, 3, 2, 4, 5, 7, 6), (0, 1, 2, 3, 4, 5, 7, 6)])
 def test_points_are_not_embedded_in_a_net_with_swapped_corners(order):
-    with pytest.raises(InputError, match="is folded: .* most likely its corners"):
+    with pytest.raises(InputError, match=r"is folded: .* most likely its corners"):
         embed(spanned(order), [[0.5, 0.5, 0.5]])
 
 
@@ -55,7 +55,7 @@ def test_a_bow_tie_in_the_plane_is_refused():
     net = Lattice.box([0, 0], [1, 1], shape=(5, 3)).control_points.copy()
     net[:, -1] = net[::-1, -1]
     tied = Lattice.box([0, 0], [1, 1], shape=(5, 3)).moved(net)
-    with pytest.raises(InputError, match="along i, then around the face$"):
+    with pytest.raises(InputError, match=r"along i, then around the face$"):
         embed(tied, [[0.5, 0.5, 0.0]])
 
 

@@ -72,7 +72,7 @@ def inside_out(lattice: Lattice) -> float:
 
 
 def _places(knots: Array) -> tuple[Array, Array, Array]:
-    """Knot spans (of many only some, the outermost among them), places in each, and what each stands for."""
+    """Knot spans (of many only some, the ends among them), places in each, and their shares."""
     spans = knot_spans(knots)
     spans = spans[np.unique(np.linspace(0, len(spans) - 1, MOST).astype(int))]
     nodes, weights = np.polynomial.legendre.leggauss(2 if len(spans) > MOST // 2 else GAUSS)
