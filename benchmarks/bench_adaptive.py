@@ -18,11 +18,11 @@ import numpy as np  # noqa: E402
 
 import ffdstudio as ffd  # noqa: E402
 from benchmarks import fit_figures  # noqa: E402
-from ffdstudio.optimize.case import read_case  # noqa: E402
+from ffdstudio.optimize.cases.case import read_case  # noqa: E402
+from ffdstudio.optimize.geometry.sections import target_contour  # noqa: E402
 from ffdstudio.optimize.objectives.flow import FlowTarget  # noqa: E402
-from ffdstudio.optimize.record import History  # noqa: E402
-from ffdstudio.optimize.sections import target_contour  # noqa: E402
-from ffdstudio.optimize.study import Budget, Refinement, Study  # noqa: E402
+from ffdstudio.optimize.runs.record import History  # noqa: E402
+from ffdstudio.optimize.runs.study import Budget, Refinement, Study  # noqa: E402
 from tests.optimize.cases import columns, section, task  # noqa: E402
 
 RAE = str(ROOT / "sample_meshes" / "rae2822.dat")

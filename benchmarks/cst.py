@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.special import comb
 
-from ffdstudio.optimize.contour import Contour, cosine_abscissae
+from ffdstudio.optimize.geometry.contour import Contour, cosine_abscissae
 
 Array = np.ndarray
 FIT, DENSE = 301, 2001

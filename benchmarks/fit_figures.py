@@ -9,10 +9,10 @@ import numpy as np
 
 import ffdstudio as ffd
 from benchmarks.cst import refit
-from ffdstudio.optimize.contour import Contour, cosine_abscissae
+from ffdstudio.optimize.geometry.contour import Contour, cosine_abscissae
+from ffdstudio.optimize.geometry.sections import target_contour
 from ffdstudio.optimize.objectives.distance import ContourDistance
-from ffdstudio.optimize.sections import target_contour
-from ffdstudio.optimize.study import Study
+from ffdstudio.optimize.runs.study import Study
 from tests.optimize.cases import columns, section, task
 
 Array = np.ndarray
@@ -80,7 +80,7 @@ def shared(name: str, **options: Any) -> Any:
 
 def recovered(count: int, size: float) -> float:
     """Distance of the target's own points after a fit in the lattice that made it."""
-    from ffdstudio.optimize.contour import upper_side
+    from ffdstudio.optimize.geometry.contour import upper_side
     from tests.optimize.cases import bumped
 
     points, lattice = section(201), columns(count)

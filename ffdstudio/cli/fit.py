@@ -12,10 +12,10 @@ from ffdstudio.cli.study_files import write_common, write_contour
 from ffdstudio.engine.knots import Array
 from ffdstudio.optimize import FitResult, plots
 from ffdstudio.optimize import fit as fit_shapes
-from ffdstudio.optimize.fitting import NOTHING, TRIGGERS, extent
-from ffdstudio.optimize.record import Record
+from ffdstudio.optimize.fits.fitting import NOTHING, TRIGGERS, extent
+from ffdstudio.optimize.geometry.sections import kulfan_tolerance
 from ffdstudio.optimize.refine.indicators import INDICATORS
-from ffdstudio.optimize.sections import kulfan_tolerance
+from ffdstudio.optimize.runs.record import Record
 
 UNWRITTEN = "nothing written; -o DIR writes the lattice, a project, the log, a table and plots"
 

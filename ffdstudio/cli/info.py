@@ -12,7 +12,7 @@ from ffdstudio.exchange import read_lattice_file
 from ffdstudio.exchange.registry import is_lattice_file
 from ffdstudio.files import read_bytes
 from ffdstudio.meshes import Mesh, read_mesh
-from ffdstudio.project.freezing import face_name
+from ffdstudio.project.checks.freezing import face_name
 
 
 def add(parser: argparse.ArgumentParser) -> None:

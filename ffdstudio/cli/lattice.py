@@ -22,8 +22,8 @@ from ffdstudio.errors import InputError
 from ffdstudio.exchange import write_lattice
 from ffdstudio.meshes import Mesh, read_mesh
 from ffdstudio.meshes.planes import planes_of
-from ffdstudio.project.freezing import Face, advice, face_name, suggested
-from ffdstudio.project.seating import seat_sentence, seated
+from ffdstudio.project.checks.freezing import Face, advice, face_name, suggested
+from ffdstudio.project.checks.plane_snapping import seat_sentence, seated
 
 NEAR = 0.1  # of the shape's largest extent
 MOST = 1_000_000  # control points; no file or solver has room for more

@@ -30,7 +30,7 @@ from ffdstudio.exchange.text import naming
 from ffdstudio.files import together
 from ffdstudio.meshes import Mesh, read_mesh
 from ffdstudio.paths import exists, is_folder, is_same
-from ffdstudio.project.remarks import remarks
+from ffdstudio.project.checks.deformation_warnings import remarks
 
 MOST_NAMED = 4  # markers in the line of a mesh
 FARTHEST = 1e100  # beyond it lengths and volumes are no numbers any more

@@ -17,13 +17,13 @@ from ffdstudio.errors import InputError
 from ffdstudio.exchange.morphed import write_morphed
 from ffdstudio.meshes import Mesh
 from ffdstudio.optimize import plots
-from ffdstudio.optimize.case import Case, read_case
-from ffdstudio.optimize.chords import plain
+from ffdstudio.optimize.cases.case import Case, read_case
+from ffdstudio.optimize.flow.panel import PanelFlow
 from ffdstudio.optimize.objectives.base import Objective
+from ffdstudio.optimize.objectives.chords import plain
 from ffdstudio.optimize.objectives.flow import FlowTarget
 from ffdstudio.optimize.objectives.remembered import Remembered
-from ffdstudio.optimize.panel import PanelFlow
-from ffdstudio.optimize.record import History, Record
+from ffdstudio.optimize.runs.record import History, Record
 
 PACKAGE = Path(__file__).parents[1]
 PLACES = [place / "resources" / "cases" for place in (PACKAGE, PACKAGE.parent)]  # wheel, checkout

@@ -6,7 +6,7 @@ import argparse
 
 from ffdstudio.cli.output import emit, note
 from ffdstudio.cli.parsing import named
-from ffdstudio.project.replaying import export, replay
+from ffdstudio.project.files.replaying import export, replay
 
 
 def add(parser: argparse.ArgumentParser) -> None:

@@ -12,7 +12,7 @@ from ffdstudio.exchange import write_lattice
 from ffdstudio.files import write_bytes
 from ffdstudio.meshes import Mesh
 from ffdstudio.optimize import plots
-from ffdstudio.optimize.record import History
+from ffdstudio.optimize.runs.record import History
 from ffdstudio.project import Project
 
 

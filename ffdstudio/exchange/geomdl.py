@@ -10,7 +10,7 @@ import numpy as np
 
 from ffdstudio.engine import Lattice
 from ffdstudio.errors import InputError
-from ffdstudio.exchange.adapting import Rules, adapted
+from ffdstudio.exchange.conversion import Rules, adapted
 from ffdstudio.exchange.latticefile import Exactness, LatticeFile
 from ffdstudio.exchange.strictjson import field, loads, objects, table
 from ffdstudio.exchange.text import chosen, naming

@@ -13,7 +13,7 @@ import numpy as np
 from ffdstudio.engine import Lattice
 from ffdstudio.engine.knots import Array
 from ffdstudio.errors import InputError
-from ffdstudio.exchange.adapting import Rules, adapted
+from ffdstudio.exchange.conversion import Rules, adapted
 from ffdstudio.exchange.latticefile import Exactness, LatticeFile
 from ffdstudio.exchange.nets import from_rows, own_axes, to_rows
 from ffdstudio.exchange.text import chosen, integer, naming, tokens, vector

@@ -13,7 +13,7 @@ import numpy as np
 from ffdstudio.engine import Lattice
 from ffdstudio.engine.knots import clamped_uniform
 from ffdstudio.errors import InputError
-from ffdstudio.exchange.adapting import Rules, adapted
+from ffdstudio.exchange.conversion import Rules, adapted
 from ffdstudio.exchange.latticefile import Exactness, LatticeFile
 from ffdstudio.exchange.text import chosen, integer, naming, tokens, vector
 from ffdstudio.files import write_bytes

@@ -18,7 +18,7 @@ from ffdstudio.engine import Lattice, embed
 from ffdstudio.engine.knots import Array, clamped_uniform
 from ffdstudio.errors import InputError
 from ffdstudio.exchange import su2text
-from ffdstudio.exchange.adapting import Rules, adapted
+from ffdstudio.exchange.conversion import Rules, adapted
 from ffdstudio.exchange.latticefile import Exactness, LatticeFile
 from ffdstudio.exchange.su2text import Box
 from ffdstudio.exchange.text import chosen, naming

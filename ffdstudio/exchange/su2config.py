@@ -15,7 +15,7 @@ from ffdstudio.engine import Lattice
 from ffdstudio.engine.knots import Array
 from ffdstudio.errors import InputError
 from ffdstudio.exchange import su2
-from ffdstudio.exchange.adapting import Rules, adapted
+from ffdstudio.exchange.conversion import Rules, adapted
 from ffdstudio.exchange.latticefile import Exactness, LatticeFile
 from ffdstudio.exchange.su2text import Box
 from ffdstudio.exchange.text import chosen, integer, naming, vector

@@ -9,10 +9,10 @@ from PySide6.QtCore import QSize
 from PySide6.QtGui import QAction, QActionGroup, QKeySequence
 from PySide6.QtWidgets import QMainWindow, QMenu, QToolBar
 
+from ffdstudio.gui.action_table import MENUS, ROWS, Row
 from ffdstudio.gui.resources import icon
-from ffdstudio.gui.table import MENUS, ROWS, Row
 from ffdstudio.gui.theme import Theme
-from ffdstudio.project.volume import countable
+from ffdstudio.project.view.volume import countable
 
 if TYPE_CHECKING:
     from ffdstudio.project.document import Document

@@ -9,7 +9,7 @@
    cancels that one and drops what it would have delivered.
 5. Jobs of one `line` deliver in the order in which they were started: files arrive as they
    were asked for. One that has ended keeps its result until those before it have ended.
-6. No garbage is collected in a worker: see `collecting`.
+6. No garbage is collected in a worker: see `gui_gc`.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from typing import Any
 
 from PySide6.QtCore import QEventLoop, QObject, Qt, Signal, Slot
 
-from ffdstudio.gui.collecting import collector
+from ffdstudio.gui.gui_gc import collector
 
 WORKERS = 2
 

@@ -13,10 +13,10 @@ from PySide6.QtGui import QFocusEvent, QKeyEvent, QMouseEvent, QWheelEvent
 from ffdstudio.gui.navigation import orbit, pan, zoom
 from ffdstudio.gui.state import State
 from ffdstudio.gui.viewport import Viewport
-from ffdstudio.project import typed
-from ffdstudio.project.events import PointerEvent
-from ffdstudio.project.feedback import weight_handle
-from ffdstudio.project.tools import RADIUS, STILL, Tools
+from ffdstudio.project.interaction import numeric_edits as typed
+from ffdstudio.project.interaction.events import PointerEvent
+from ffdstudio.project.interaction.feedback import weight_handle
+from ffdstudio.project.interaction.tools import RADIUS, STILL, Tools
 
 BUTTONS = {
     Qt.MouseButton.LeftButton: "left",

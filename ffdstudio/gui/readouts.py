@@ -7,15 +7,15 @@ from collections.abc import Iterator
 import numpy as np
 
 from ffdstudio.engine import Lattice
-from ffdstudio.gui.listening import Listening
 from ffdstudio.gui.overlay import Band, Line, Ring, Shape, Text
 from ffdstudio.gui.state import State
+from ffdstudio.gui.subscriptions import Listening
 from ffdstudio.gui.viewport import Viewport
-from ffdstudio.project.camera import Camera
-from ffdstudio.project.feedback import weight_handle
+from ffdstudio.project.interaction.feedback import weight_handle
+from ffdstudio.project.interaction.tools import Tools
 from ffdstudio.project.model import LatticeItem
-from ffdstudio.project.sliding import names_at, planes_in
-from ffdstudio.project.tools import Tools
+from ffdstudio.project.plane_constraints import names_at, planes_in
+from ffdstudio.project.view.camera import Camera
 
 TRIAD, CORNER = 34.0, 58.0  # pixels: its arms, and its place, with room for letters all around
 XYZ = ("axis_i", "axis_j", "axis_k")

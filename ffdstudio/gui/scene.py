@@ -19,11 +19,11 @@ from ffdstudio.engine.frozen import frozen_mask
 from ffdstudio.gui.actors.body import BodyActor
 from ffdstudio.gui.actors.lattice import LatticeActor
 from ffdstudio.gui.actors.vtk import Array
-from ffdstudio.gui.interest import interesting
-from ffdstudio.gui.listening import Listening
+from ffdstudio.gui.first_view import interesting
 from ffdstudio.gui.navigation import AXIS_VIEWS, looking
 from ffdstudio.gui.panels.draft import inside_box
 from ffdstudio.gui.state import State
+from ffdstudio.gui.subscriptions import Listening
 from ffdstudio.gui.theme import Theme
 from ffdstudio.gui.viewport import Viewport
 from ffdstudio.project.document import Document

@@ -5,11 +5,11 @@ from __future__ import annotations
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QComboBox, QLabel, QSlider, QToolBar
 
-from ffdstudio.gui.listening import Listening
 from ffdstudio.gui.panels.fields import NumberEdit
 from ffdstudio.gui.sections import middle, reach
 from ffdstudio.gui.state import Section
 from ffdstudio.gui.studio import Studio
+from ffdstudio.gui.subscriptions import Listening
 from ffdstudio.gui.theme import Theme
 
 STEPS = 400

@@ -8,17 +8,17 @@ from vtkmodules.vtkCommonDataModel import vtkPlane
 
 from ffdstudio.gui.actors.section import Cut, cut, show
 from ffdstudio.gui.actors.surface import SurfaceActor
-from ffdstudio.gui.interest import interesting
+from ffdstudio.gui.first_view import interesting
 from ffdstudio.gui.jobs import Progress
-from ffdstudio.gui.listening import Listening
 from ffdstudio.gui.navigation import Array
 from ffdstudio.gui.scene import Scene
 from ffdstudio.gui.state import Section
 from ffdstudio.gui.studio import Studio
+from ffdstudio.gui.subscriptions import Listening
 from ffdstudio.gui.theme import Theme
 from ffdstudio.project.document import Document
 from ffdstudio.project.model import Body
-from ffdstudio.project.volume import countable
+from ffdstudio.project.view.volume import countable
 
 
 class Sections:

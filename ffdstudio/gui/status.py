@@ -5,11 +5,11 @@ from __future__ import annotations
 from PySide6.QtCore import QTimer
 from PySide6.QtWidgets import QLabel, QProgressBar, QStatusBar, QToolButton
 
-from ffdstudio.gui.listening import Listening
 from ffdstudio.gui.studio import Studio
+from ffdstudio.gui.subscriptions import Listening
 from ffdstudio.gui.theme import Theme
-from ffdstudio.project.iterate_cells import checkable
-from ffdstudio.project.scrubbing import Scrub
+from ffdstudio.project.checks.iterate_cells import checkable
+from ffdstudio.project.studies.scrubbing import Scrub
 
 HINTS = {
     "move": "Drag control points; X, Y, Z lock an axis, Shift slows, Ctrl snaps, Esc takes back.",

@@ -26,7 +26,7 @@ from ffdstudio.gui.navigation import ANGLE, AXIS_VIEWS, Array, View, fitted, loo
 from ffdstudio.gui.overlay import Overlay
 from ffdstudio.gui.quirks import let_go_of_surface
 from ffdstudio.gui.theme import Theme
-from ffdstudio.project.camera import Camera
+from ffdstudio.project.view.camera import Camera
 
 
 class Viewport(QtInteractor):

@@ -24,10 +24,9 @@ from ffdstudio.gui.fieldkeys import FieldKeys
 from ffdstudio.gui.focusring import FocusRing
 from ffdstudio.gui.handlers.editing import EditHandler, LatticeHandler, SelectHandler
 from ffdstudio.gui.handlers.files import FileHandler
-from ffdstudio.gui.handlers.keeping import Keeper
+from ffdstudio.gui.handlers.recovery_handler import Keeper
 from ffdstudio.gui.handlers.viewing import HelpHandler, ViewHandler
 from ffdstudio.gui.jobs import Job, Jobs
-from ffdstudio.gui.listening import Listening
 from ffdstudio.gui.panels.history import HistoryPanel
 from ffdstudio.gui.panels.lattice import LatticePanel
 from ffdstudio.gui.panels.points import PointsPanel
@@ -35,7 +34,7 @@ from ffdstudio.gui.panels.problems import ProblemsPanel
 from ffdstudio.gui.panels.tree import TreePanel
 from ffdstudio.gui.pointer import PointerFilter
 from ffdstudio.gui.quality.panel import QualityPanel
-from ffdstudio.gui.quality.part import QualityPart
+from ffdstudio.gui.quality.quality_ui import QualityPart
 from ffdstudio.gui.readouts import Readouts
 from ffdstudio.gui.resources import program_icon
 from ffdstudio.gui.scene import Scene
@@ -46,11 +45,12 @@ from ffdstudio.gui.start import StartPage
 from ffdstudio.gui.state import State
 from ffdstudio.gui.status import StatusLine
 from ffdstudio.gui.studio import Studio
-from ffdstudio.gui.study.room import StudyRoom
+from ffdstudio.gui.study.study_ui import StudyRoom
+from ffdstudio.gui.subscriptions import Listening
 from ffdstudio.gui.viewport import Viewport, save_picture
 from ffdstudio.project.document import Document
-from ffdstudio.project.spread import Mirror, Soft
-from ffdstudio.project.tools import Options, Tools
+from ffdstudio.project.interaction.spread import Mirror, Soft
+from ffdstudio.project.interaction.tools import Options, Tools
 
 Panel = (
     TreePanel

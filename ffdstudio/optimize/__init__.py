@@ -1,5 +1,5 @@
 """Objectives, variables, methods, adaptive refinement and recorded studies; no window needed."""
 
-from ffdstudio.optimize.fitting import FitResult, fit
+from ffdstudio.optimize.fits.fitting import FitResult, fit
 
 __all__ = ["FitResult", "fit"]

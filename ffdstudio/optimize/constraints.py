@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ffdstudio.errors import InputError
-from ffdstudio.optimize.panel import flow_about
+from ffdstudio.optimize.flow.panel import flow_about
 
 Array = NDArray[np.float64]
 

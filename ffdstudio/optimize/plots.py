@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ffdstudio.files import write_bytes
-from ffdstudio.optimize.record import History, value_of
+from ffdstudio.optimize.runs.record import History, value_of
 
 Array = NDArray[np.float64]
 FIELDS = (

@@ -7,10 +7,10 @@
    points or displayed points changed for good, once an edit; quality, plots, autosave.
 3. Long work goes to `runner` (see `running`): reading, embedding, volumes, saving. Work
    gets values and returns values; what comes of it is taken here, on the document's thread.
-4. Displayed points (see `following`) are bound to the lattices when they appear and then
+4. Displayed points (see `followers`) are bound to the lattices when they appear and then
    follow at once; volume nodes follow by work started after *moved*. Nothing that happens
    in a frame knows how many nodes a volume has.
-5. What is written is computed from the model alone (`following.deformed`), never from what
+5. What is written is computed from the model alone (`followers.deformed`), never from what
    is displayed: a replay of the journal gives the same bytes.
 """
 
@@ -26,22 +26,22 @@ from numpy.typing import NDArray
 from psygnal import Signal
 
 from ffdstudio.errors import InputError
-from ffdstudio.project import filing
 from ffdstudio.project.commands import Command
-from ffdstudio.project.display import Surface
-from ffdstudio.project.displays import Displays
 from ffdstudio.project.edit import Edit
-from ffdstudio.project.following import Array, Follower
+from ffdstudio.project.files import filing
+from ffdstudio.project.files.journal import Journal, commands_of
+from ffdstudio.project.files.model_codec import to_file
+from ffdstudio.project.files.opening import Opened
+from ffdstudio.project.files.records import ProjectFile
+from ffdstudio.project.files.recovery import Left
+from ffdstudio.project.files.write_order import Turns
+from ffdstudio.project.followers import Array, Follower
 from ffdstudio.project.history import Entry, History
-from ffdstudio.project.journal import Journal, commands_of
 from ffdstudio.project.model import Index, Model
-from ffdstudio.project.opening import Opened
-from ffdstudio.project.records import ProjectFile
-from ffdstudio.project.recovery import Left
 from ffdstudio.project.running import Runner, RunNow
-from ffdstudio.project.stored import to_file
-from ffdstudio.project.turns import Turns
-from ffdstudio.project.volume import Volume
+from ffdstudio.project.view.body_views import Displays
+from ffdstudio.project.view.surface import Surface
+from ffdstudio.project.view.volume import Volume
 
 PathLike = str | os.PathLike[str]
 

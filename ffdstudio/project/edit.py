@@ -2,7 +2,7 @@
 
 The model shows the preview at once; displayed points follow when somebody asks for them
 (`Document.refresh`), so that many mouse moves between two frames cost one deformation. Control
-points on a symmetry plane slide in it whatever is asked of them (see `sliding`).
+points on a symmetry plane slide in it whatever is asked of them (see `plane_constraints`).
 """
 
 from __future__ import annotations
@@ -17,9 +17,9 @@ from numpy.typing import ArrayLike, NDArray
 from ffdstudio.engine import Lattice
 from ffdstudio.project.commands import MovePoints, SetWeights
 from ffdstudio.project.commands.base import Command, numbers
-from ffdstudio.project.following import Follower, Hold
+from ffdstudio.project.followers import Follower, Hold
 from ffdstudio.project.model import Index, Model
-from ffdstudio.project.sliding import alike, planes_in, slid
+from ffdstudio.project.plane_constraints import alike, planes_in, slid
 
 if TYPE_CHECKING:
     from ffdstudio.project.document import Document

@@ -11,9 +11,9 @@ from scipy.spatial import cKDTree
 from ffdstudio import Project, embed, read_lattice, read_mesh
 from ffdstudio.cli import pictures
 from ffdstudio.cli.demos import contour, pressure
-from ffdstudio.optimize.panel import PanelFlow
-from ffdstudio.optimize.sections import sampled
-from ffdstudio.optimize.shapes import mesh_shape
+from ffdstudio.optimize.flow.panel import PanelFlow
+from ffdstudio.optimize.geometry.sections import sampled
+from ffdstudio.optimize.geometry.shapes import mesh_shape
 from ffdstudio.samples import sample
 
 NAMES = ["figure6_domain.png", "figure7_lattice.png", "figure8_deformed.png"]

@@ -13,7 +13,7 @@ from ffdstudio.engine import Lattice
 from ffdstudio.exchange import write_lattice
 from ffdstudio.gui.readouts import hover_text
 from ffdstudio.project.commands import CreateBox
-from ffdstudio.project.replaying import export, replay
+from ffdstudio.project.files.replaying import export, replay
 from tests.project.scenes import write_cube
 
 pytestmark = pytest.mark.display

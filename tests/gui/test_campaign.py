@@ -13,9 +13,9 @@ from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QDialog
 
+from ffdstudio.gui.action_table import ROWS
 from ffdstudio.gui.dialogs.ask import Question
 from ffdstudio.gui.settings import Settings
-from ffdstudio.gui.table import ROWS
 from ffdstudio.gui.window import MainWindow
 from tests.gui.conftest import Script, User, close
 from tests.project.test_campaign import Witness, check

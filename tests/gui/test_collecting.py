@@ -11,7 +11,7 @@ import pytest
 
 pytest.importorskip("PySide6")
 
-from ffdstudio.gui.collecting import collector
+from ffdstudio.gui.gui_gc import collector
 from ffdstudio.gui.jobs import Jobs
 
 
@@ -53,7 +53,7 @@ def test_cycles_of_a_worker_end_in_the_gui_thread(jobs: Jobs, qtbot: Any) -> Non
 def test_a_full_collection_waits_for_work_but_not_for_ever(
     jobs: Jobs, qtbot: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from ffdstudio.gui import collecting
+    from ffdstudio.gui import gui_gc as collecting
 
     asked: list[tuple[int, ...]] = []
     monkeypatch.setattr(collecting.gc, "collect", lambda *generation: asked.append(generation))

@@ -10,7 +10,7 @@ pytest.importorskip("PySide6")
 
 from psygnal import Signal
 
-from ffdstudio.gui.listening import Listening
+from ffdstudio.gui.subscriptions import Listening
 
 
 class Source:

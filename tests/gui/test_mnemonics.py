@@ -11,7 +11,7 @@ from PySide6.QtGui import QKeySequence
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QAbstractButton, QDockWidget, QGroupBox, QLabel
 
-from ffdstudio.gui.table import MENUS, ROWS
+from ffdstudio.gui.action_table import MENUS, ROWS
 
 pytestmark = pytest.mark.display
 

@@ -13,8 +13,8 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QAbstractButton, QAbstractSpinBox, QComboBox, QLineEdit
 
 from ffdstudio.project import commands as c
-from ffdstudio.project.spread import Mirror
-from ffdstudio.project.tools import Options
+from ffdstudio.project.interaction.spread import Mirror
+from ffdstudio.project.interaction.tools import Options
 
 pytestmark = pytest.mark.display
 LEFT = Qt.MouseButton.LeftButton

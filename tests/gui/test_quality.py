@@ -19,8 +19,8 @@ from ffdstudio.meshes import Mesh, quality
 from ffdstudio.meshes.measures import MEASURES
 from ffdstudio.meshes.safety.guard import Guard
 from ffdstudio.meshes.safety.limits import PRESETS, Stop
-from ffdstudio.project.freezing import advice
-from ffdstudio.project.guarding import Verdict
+from ffdstudio.project.checks.freezing import advice
+from ffdstudio.project.checks.guarding import Verdict
 
 pytestmark = pytest.mark.display
 POINT = (2, 2, 2)

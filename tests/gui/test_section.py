@@ -8,9 +8,9 @@ import pytest
 pytest.importorskip("PySide6")
 
 from ffdstudio.gui.actors.section import cut
-from ffdstudio.gui.interest import first_bounds, walls
+from ffdstudio.gui.first_view import first_bounds, walls
 from ffdstudio.meshes import Faces, Mesh
-from ffdstudio.project.display import surface_of
+from ffdstudio.project.view.surface import surface_of
 
 NORMALS = [np.eye(3)[0], np.eye(3)[2], np.array([1.0, 2, 3]) / np.sqrt(14)]
 

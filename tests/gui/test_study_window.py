@@ -15,7 +15,7 @@ from PySide6.QtCore import QTimer
 from ffdstudio.meshes import Mesh, MeshWarning, write_mesh
 from ffdstudio.meshes.airfoil import naca4
 from ffdstudio.project.commands import CreateBox
-from ffdstudio.project.studies import box_around
+from ffdstudio.project.studies.plan import box_around
 
 pytestmark = pytest.mark.display
 PATIENCE = 60_000

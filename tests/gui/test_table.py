@@ -10,9 +10,9 @@ pytest.importorskip("PySide6")
 
 from PySide6.QtGui import QKeySequence
 
+from ffdstudio.gui.action_table import ROWS
 from ffdstudio.gui.dialogs.palette import score
 from ffdstudio.gui.dialogs.sheet import sheet
-from ffdstudio.gui.table import ROWS
 
 
 def test_no_key_means_two_things():

@@ -10,8 +10,8 @@ import pytest
 
 pytest.importorskip("PySide6")
 
-from ffdstudio.project.feedback import weight_handle
-from ffdstudio.project.replaying import export, replay
+from ffdstudio.project.files.replaying import export, replay
+from ffdstudio.project.interaction.feedback import weight_handle
 
 pytestmark = pytest.mark.display
 POINT = (2, 1, 2)

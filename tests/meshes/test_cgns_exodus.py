@@ -12,9 +12,9 @@ import pytest
 from ffdstudio import InputError, read_mesh
 from ffdstudio.meshes import MeshWarning
 from ffdstudio.meshes.formats.cgns_boundaries import patch
+from ffdstudio.meshes.formats.cgns_nodes import Node
 from ffdstudio.meshes.formats.exodus import SIDES
 from ffdstudio.meshes.formats.source import Source
-from ffdstudio.meshes.formats.tree import Node
 from ffdstudio.meshes.topology import FACES
 from tests.meshes.specimens import SPECIMENS
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from ffdstudio.meshes.formats.decimals import shortest_texts
+from ffdstudio.meshes.formats.shortest_floats import shortest_texts
 
 RNG = np.random.default_rng(11)
 POWERS_OF_TEN = 10.0 ** np.arange(-12, 25)

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 from ffdstudio.meshes import Mesh, read_mesh
+from ffdstudio.meshes.boundary_checks import broken
 from ffdstudio.meshes.pairs import pairs_of
 from ffdstudio.meshes.planes import planes_of
-from ffdstudio.meshes.promises import broken
 
 N = 3
 

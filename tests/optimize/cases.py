@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 import ffdstudio as ffd
-from ffdstudio.optimize.fit_task import section_box
-from ffdstudio.optimize.metrics import Surface
+from ffdstudio.optimize.fits.task import section_box
+from ffdstudio.optimize.geometry.sections import sampled
 from ffdstudio.optimize.objectives.base import Objective
-from ffdstudio.optimize.sections import sampled
-from ffdstudio.optimize.study import Task
+from ffdstudio.optimize.runs.study import Task
+from ffdstudio.optimize.variables.metrics import Surface
 
 Array = np.ndarray
 

@@ -8,8 +8,8 @@ import pytest
 import ffdstudio as ffd
 from ffdstudio.errors import InputError
 from ffdstudio.meshes import write_mesh
-from ffdstudio.optimize.case import build, read_case
-from ffdstudio.optimize.sections import target_contour, trailing_gap
+from ffdstudio.optimize.cases.case import build, read_case
+from ffdstudio.optimize.geometry.sections import target_contour, trailing_gap
 
 FLOW = """
 [shape]

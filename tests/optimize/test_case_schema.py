@@ -2,7 +2,7 @@
 
 import re
 
-from ffdstudio.optimize import case_schema as schema
+from ffdstudio.optimize.cases import schema
 from ffdstudio.optimize.methods import METHODS
 
 

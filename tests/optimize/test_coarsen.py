@@ -3,11 +3,11 @@ import pytest
 
 from ffdstudio.errors import InputError
 from ffdstudio.optimize.constraints import Area, Constraint
+from ffdstudio.optimize.geometry.sections import sampled
 from ffdstudio.optimize.objectives.distance import PointDistance
 from ffdstudio.optimize.objectives.flow import FlowTarget
-from ffdstudio.optimize.sections import sampled
-from ffdstudio.optimize.space import Insertion
-from ffdstudio.optimize.study import Budget, Refinement, Study
+from ffdstudio.optimize.runs.study import Budget, Refinement, Study
+from ffdstudio.optimize.variables.space import Insertion
 from tests.optimize.cases import bumped, columns, section, task
 
 POINTS = section(161)

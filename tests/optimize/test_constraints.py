@@ -13,7 +13,7 @@ from ffdstudio.optimize.constraints import (
     Thickness,
     Volume,
 )  # fmt: skip
-from ffdstudio.optimize.sections import sampled
+from ffdstudio.optimize.geometry.sections import sampled
 from tests.optimize.cases import section
 
 TETRA = np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]])

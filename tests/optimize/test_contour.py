@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 
 from ffdstudio.errors import InputError
-from ffdstudio.optimize.contour import OVERLAP, Contour, cosine_abscissae
-from ffdstudio.optimize.sections import sampled
+from ffdstudio.optimize.geometry.contour import OVERLAP, Contour, cosine_abscissae
+from ffdstudio.optimize.geometry.sections import sampled
 
 
 def test_nearest_points_agree_with_a_dense_search():

@@ -7,7 +7,7 @@ from ffdstudio.errors import InputError
 from ffdstudio.optimize.objectives.base import Evaluation
 from ffdstudio.optimize.objectives.distance import PointDistance
 from ffdstudio.optimize.objectives.function import PythonFunction
-from ffdstudio.optimize.study import Budget, Refinement, Study
+from ffdstudio.optimize.runs.study import Budget, Refinement, Study
 from tests.optimize.cases import bumped, columns, section, task
 
 POINTS = section(81)

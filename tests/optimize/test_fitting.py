@@ -6,11 +6,11 @@ import pytest
 import ffdstudio as ffd
 from ffdstudio.errors import InputError
 from ffdstudio.meshes.airfoil import naca4
-from ffdstudio.optimize.contour import Contour, upper_side
-from ffdstudio.optimize.metrics import Surface
+from ffdstudio.optimize.geometry.contour import Contour, upper_side
 from ffdstudio.optimize.objectives.distance import ContourDistance, PointDistance, SurfaceDistance
-from ffdstudio.optimize.rules import Rules
-from ffdstudio.optimize.study import Refinement, Study, Task
+from ffdstudio.optimize.runs.study import Refinement, Study, Task
+from ffdstudio.optimize.variables.metrics import Surface
+from ffdstudio.optimize.variables.rules import Rules
 from tests.optimize.cases import bumped, columns, section, task
 
 TARGET = "sample_meshes/rae2822.dat"

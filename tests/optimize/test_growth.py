@@ -5,10 +5,10 @@ import pytest
 
 import ffdstudio as ffd
 from ffdstudio.errors import InputError
-from ffdstudio.optimize.contour import Contour, upper_side
+from ffdstudio.optimize.geometry.contour import Contour, upper_side
 from ffdstudio.optimize.objectives.distance import ContourDistance, PointDistance
 from ffdstudio.optimize.refine.candidates import Guards
-from ffdstudio.optimize.study import Refinement, Study
+from ffdstudio.optimize.runs.study import Refinement, Study
 from tests.optimize.cases import bumped, columns, section, task
 
 

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from ffdstudio.errors import InputError
-from ffdstudio.optimize.metrics import Surface, Whitening
+from ffdstudio.optimize.variables.metrics import Surface, Whitening
 
 
 def grid(n: int = 30) -> tuple[np.ndarray, np.ndarray]:

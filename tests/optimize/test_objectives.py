@@ -5,15 +5,15 @@ import pytest
 
 import ffdstudio as ffd
 from ffdstudio.errors import InputError
-from ffdstudio.optimize.metrics import Surface
-from ffdstudio.optimize.nearest import Triangles, closest
+from ffdstudio.optimize.geometry.nearest import Triangles, closest
 from ffdstudio.optimize.objectives.flow import FlowTarget
 from ffdstudio.optimize.objectives.function import PythonFunction
 from ffdstudio.optimize.objectives.program import ExternalProgram
 from ffdstudio.optimize.objectives.remembered import EvaluationError, Remembered
 from ffdstudio.optimize.objectives.stream import Job, streamed
 from ffdstudio.optimize.refine.choice import Refinement
-from ffdstudio.optimize.study import Budget, Study, Task
+from ffdstudio.optimize.runs.study import Budget, Study, Task
+from ffdstudio.optimize.variables.metrics import Surface
 from tests.optimize.cases import columns, section, task
 
 POINTS = section(41)

@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 
 from ffdstudio.errors import InputError
-from ffdstudio.optimize.panel import PanelFlow
-from ffdstudio.optimize.sections import sampled
+from ffdstudio.optimize.flow.panel import PanelFlow
+from ffdstudio.optimize.geometry.sections import sampled
 from tests.optimize.cases import section
 
 

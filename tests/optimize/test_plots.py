@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from ffdstudio.optimize import plots
-from ffdstudio.optimize.record import History, Record
+from ffdstudio.optimize.runs.record import History, Record
 from tests.optimize.cases import columns, section
 
 POINTS = section(161)

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from ffdstudio.errors import InputError
-from ffdstudio.optimize.case import build
+from ffdstudio.optimize.cases.case import build
+from ffdstudio.optimize.flow.panel import PanelFlow
+from ffdstudio.optimize.flow.pressure_table import panels, read_pressures
+from ffdstudio.optimize.geometry.sections import sampled
 from ffdstudio.optimize.objectives.flow import FlowTarget
-from ffdstudio.optimize.panel import PanelFlow
-from ffdstudio.optimize.pressure_table import panels, read_pressures
-from ffdstudio.optimize.sections import sampled
 from tests.optimize.cases import section
 
 POINTS = section(161)

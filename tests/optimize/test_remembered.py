@@ -5,8 +5,8 @@ import sys
 
 import pytest
 
-from ffdstudio.optimize.case import read_case
-from ffdstudio.optimize.identity import identity, program_files
+from ffdstudio.optimize.cases.case import read_case
+from ffdstudio.optimize.objectives.identity import identity, program_files
 
 CASE = """
 [shape]

@@ -3,7 +3,7 @@ import pytest
 
 import ffdstudio as ffd
 from ffdstudio.meshes.airfoil import naca4
-from ffdstudio.optimize.sections import target_contour, without_base
+from ffdstudio.optimize.geometry.sections import target_contour, without_base
 
 
 def blunt(base):

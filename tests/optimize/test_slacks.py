@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from ffdstudio.optimize import panel
 from ffdstudio.optimize.budget import Counts
-from ffdstudio.optimize.chords import Chord, InChords
+from ffdstudio.optimize.constraint_values import Slacks
 from ffdstudio.optimize.constraints import Area, Constraint, Lift, MaxThickness, Moment
+from ffdstudio.optimize.flow import panel
+from ffdstudio.optimize.objectives.chords import Chord, InChords
 from ffdstudio.optimize.objectives.flow import FlowTarget
-from ffdstudio.optimize.slacks import Slacks
-from ffdstudio.optimize.study import Budget, Study
+from ffdstudio.optimize.runs.study import Budget, Study
 from tests.optimize.cases import columns, section, task
 
 POINTS = section(61)

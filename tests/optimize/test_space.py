@@ -6,8 +6,8 @@ from hypothesis import strategies as st
 import ffdstudio as ffd
 from ffdstudio.engine.transfer import insertion
 from ffdstudio.errors import InputError
-from ffdstudio.optimize.rules import Rules
-from ffdstudio.optimize.space import DesignSpace, Insertion, new_function
+from ffdstudio.optimize.variables.rules import Rules
+from ffdstudio.optimize.variables.space import DesignSpace, Insertion, new_function
 
 BOX = ffd.Lattice.box([0, 0, 0], [2, 1, 1], shape=(5, 4, 3), degrees=(3, 2, 1))
 ALL = ((1.0, 0, 0), (0, 1.0, 0), (0, 0, 1.0))

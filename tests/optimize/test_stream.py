@@ -14,9 +14,9 @@ from ffdstudio.optimize.objectives.base import Evaluation
 from ffdstudio.optimize.objectives.program import ExternalProgram
 from ffdstudio.optimize.objectives.remembered import EvaluationError, Remembered
 from ffdstudio.optimize.objectives.stream import Job, streamed
-from ffdstudio.optimize.record import read_log
 from ffdstudio.optimize.refine.choice import Refinement
-from ffdstudio.optimize.study import Budget, Study
+from ffdstudio.optimize.runs.record import read_log
+from ffdstudio.optimize.runs.study import Budget, Study
 from tests.optimize.cases import columns, section, task
 
 POINTS = section(41)
@@ -104,9 +104,9 @@ def test_the_variables_that_a_program_gets_are_those_of_its_shape(tmp_path):
     study = Study(job, budget=Budget(evaluations=9))
     study.run()
     place = runs(tmp_path)[4]
-    from ffdstudio.optimize.level import Body, Level
-    from ffdstudio.optimize.rules import Rules
-    from ffdstudio.optimize.space import DesignSpace
+    from ffdstudio.optimize.variables.level import Body, Level
+    from ffdstudio.optimize.variables.rules import Rules
+    from ffdstudio.optimize.variables.space import DesignSpace
 
     level = Level.first(Body(job.embedding, job.surface), DesignSpace.of(columns(4), Rules()))
     y = np.array(json.loads((place / "variables.json").read_text())["variables"])

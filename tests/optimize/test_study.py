@@ -7,18 +7,18 @@ import pytest
 import ffdstudio as ffd
 from ffdstudio.errors import InputError
 from ffdstudio.optimize.constraints import Constraint, Lift, MaxThickness
-from ffdstudio.optimize.level import Body, Level
-from ffdstudio.optimize.metrics import Surface
+from ffdstudio.optimize.geometry.sections import target_contour
 from ffdstudio.optimize.objectives.distance import PointDistance
 from ffdstudio.optimize.objectives.flow import FlowTarget
-from ffdstudio.optimize.record import read_log
 from ffdstudio.optimize.refine.candidates import Guards, candidates
 from ffdstudio.optimize.refine.indicators import INDICATORS
 from ffdstudio.optimize.refine.sensitivity import Residuals
-from ffdstudio.optimize.rules import Rules
-from ffdstudio.optimize.sections import target_contour
-from ffdstudio.optimize.space import DesignSpace, Insertion
-from ffdstudio.optimize.study import Budget, Refinement, Study
+from ffdstudio.optimize.runs.record import read_log
+from ffdstudio.optimize.runs.study import Budget, Refinement, Study
+from ffdstudio.optimize.variables.level import Body, Level
+from ffdstudio.optimize.variables.metrics import Surface
+from ffdstudio.optimize.variables.rules import Rules
+from ffdstudio.optimize.variables.space import DesignSpace, Insertion
 from tests.optimize.cases import bumped, columns, section, task
 
 POINTS = section(161)
@@ -177,7 +177,7 @@ def test_with_pressures_as_the_cost_adaptivity_beats_regular_and_cosine_columns(
 def test_reachable_pressures_take_few_evaluations_whatever_the_number_of_variables(
     flow, root, count
 ):
-    from ffdstudio.optimize.contour import upper_side
+    from ffdstudio.optimize.geometry.contour import upper_side
     from ffdstudio.optimize.objectives.distance import ContourDistance
 
     contour = target_contour(str(root / "sample_meshes" / "rae2822.dat"))

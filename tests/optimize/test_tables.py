@@ -5,7 +5,7 @@ import re
 import pytest
 
 from ffdstudio.errors import InputError
-from ffdstudio.optimize import tables as t
+from ffdstudio.optimize.cases import tables as t
 
 
 @pytest.mark.parametrize(

@@ -4,7 +4,7 @@ import pytest
 
 from ffdstudio.optimize.constraints import Area, Constraint, MaxThickness
 from ffdstudio.optimize.objectives.flow import FlowTarget
-from ffdstudio.optimize.study import Budget, Refinement, Study
+from ffdstudio.optimize.runs.study import Budget, Refinement, Study
 from tests.optimize.cases import columns, section, task
 
 POINTS = section(81)

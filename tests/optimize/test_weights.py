@@ -5,14 +5,14 @@ import ffdstudio as ffd
 from ffdstudio.cli.main import main
 from ffdstudio.errors import InputError
 from ffdstudio.optimize.constraints import Area, Constraint
-from ffdstudio.optimize.level import Body
-from ffdstudio.optimize.metrics import Surface
 from ffdstudio.optimize.objectives.distance import PointDistance
 from ffdstudio.optimize.objectives.flow import FlowTarget
-from ffdstudio.optimize.rules import Rules
-from ffdstudio.optimize.solver import Counts, LevelProblem
-from ffdstudio.optimize.study import Budget, Refinement, Study, Task
-from ffdstudio.optimize.weights import Bounded, first_level
+from ffdstudio.optimize.runs.solver import Counts, LevelProblem
+from ffdstudio.optimize.runs.study import Budget, Refinement, Study, Task
+from ffdstudio.optimize.variables.level import Body
+from ffdstudio.optimize.variables.metrics import Surface
+from ffdstudio.optimize.variables.rules import Rules
+from ffdstudio.optimize.variables.weights import Bounded, first_level
 from tests.optimize.cases import columns, section
 
 ALL = ((1.0, 0, 0), (0, 1.0, 0), (0, 0, 1.0))

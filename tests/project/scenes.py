@@ -6,9 +6,9 @@ from pathlib import Path
 
 import numpy as np
 
-from ffdstudio.project.camera import Camera
 from ffdstudio.project.commands import CreateBox
 from ffdstudio.project.document import Document
+from ffdstudio.project.view.camera import Camera
 
 
 def write_cube(path: Path, n: int = 3, low: str = "low") -> Path:

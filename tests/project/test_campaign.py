@@ -10,15 +10,15 @@ import pytest
 
 from ffdstudio.errors import InputError
 from ffdstudio.project import commands as c
-from ffdstudio.project import selection as s
-from ffdstudio.project import typed
 from ffdstudio.project.document import Document
-from ffdstudio.project.events import PointerEvent
+from ffdstudio.project.files.replaying import export, replay
+from ffdstudio.project.interaction import numeric_edits as typed
+from ffdstudio.project.interaction import selection as s
+from ffdstudio.project.interaction.events import PointerEvent
+from ffdstudio.project.interaction.spread import PROFILES, Mirror, Soft
+from ffdstudio.project.interaction.tools import Options, Tools
+from ffdstudio.project.interaction.transforms import rotation, scaling
 from ffdstudio.project.model import LatticeItem, Model
-from ffdstudio.project.replaying import export, replay
-from ffdstudio.project.spread import PROFILES, Mirror, Soft
-from ffdstudio.project.tools import Options, Tools
-from ffdstudio.project.transforms import rotation, scaling
 from tests.project.scenes import BOX, look, opened, write_cube
 
 MOST = 400  # control points of a lattice: refinement stops there, for time

@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 
 from ffdstudio.meshes import Mesh, quality, read_mesh
-from ffdstudio.project.cellmap import NO_CELL, cells_of
-from ffdstudio.project.checking import BINS, Checks, against, digest, presets
-from ffdstudio.project.display import surface_of
+from ffdstudio.project.checks.checking import BINS, Checks, against, digest, presets
 from ffdstudio.project.document import Document
-from ffdstudio.project.scales import Scale
+from ffdstudio.project.view.cellmap import NO_CELL, cells_of
+from ffdstudio.project.view.scales import Scale
+from ffdstudio.project.view.surface import surface_of
 from tests.project.scenes import BOX, opened, write_cube, write_square
 
 

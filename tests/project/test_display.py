@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from ffdstudio.meshes import Faces, Mesh, read_mesh
-from ffdstudio.project.display import NO_MARKER, Surface, surface_of
+from ffdstudio.project.view.surface import NO_MARKER, Surface, surface_of
 from tests.project.scenes import write_cube, write_square
 
 

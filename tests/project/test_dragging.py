@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from ffdstudio.project.camera import Camera
-from ffdstudio.project.dragging import Lock, displacement, snap_step
-from ffdstudio.project.picking import in_rectangle, nearest
+from ffdstudio.project.interaction.dragging import Lock, displacement, snap_step
+from ffdstudio.project.interaction.picking import in_rectangle, nearest
+from ffdstudio.project.view.camera import Camera
 from tests.project.scenes import look
 
 BOTH = pytest.mark.parametrize("parallel", [False, True], ids=["perspective", "parallel"])

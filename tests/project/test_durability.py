@@ -14,9 +14,9 @@ from ffdstudio import InputError, read_mesh
 from ffdstudio.project import Project
 from ffdstudio.project import commands as c
 from ffdstudio.project.document import Document
-from ffdstudio.project.exporting import write_body
-from ffdstudio.project.replaying import replay
-from ffdstudio.project.stored import to_file
+from ffdstudio.project.files.exporting import write_body
+from ffdstudio.project.files.model_codec import to_file
+from ffdstudio.project.files.replaying import replay
 from tests.faults import DEATH, Disk, assert_sentences, die_in, tree, without_litter
 from tests.project.scenes import BOX, opened, write_cube
 

@@ -14,7 +14,7 @@ from ffdstudio.meshes import read_mesh
 from ffdstudio.project import Project
 from ffdstudio.project import commands as c
 from ffdstudio.project.document import Document
-from ffdstudio.project.records import ProjectFile
+from ffdstudio.project.files.records import ProjectFile
 from ffdstudio.project.running import no_progress
 from tests.project.scenes import BOX, opened, write_cube, write_square
 

@@ -8,8 +8,8 @@ import pytest
 
 from ffdstudio.engine.folds import folds
 from ffdstudio.project import commands as c
+from ffdstudio.project.checks.folding import Foldings, told
 from ffdstudio.project.document import Document
-from ffdstudio.project.folding import Foldings, told
 from tests.project.scenes import BOX, opened, write_cube
 
 

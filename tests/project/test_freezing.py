@@ -9,9 +9,9 @@ import pytest
 
 from ffdstudio.engine import Lattice
 from ffdstudio.meshes import Mesh, read_mesh
-from ffdstudio.project.display import surface_of
-from ffdstudio.project.freezing import crossed_faces, face_names, is_box, suggested
-from ffdstudio.project.rings import ring
+from ffdstudio.project.checks.freezing import crossed_faces, face_names, is_box, suggested
+from ffdstudio.project.view.rings import ring
+from ffdstudio.project.view.surface import surface_of
 from tests.project.scenes import write_cube, write_square
 
 

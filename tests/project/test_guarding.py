@@ -9,11 +9,11 @@ import pytest
 
 from ffdstudio.errors import InputError
 from ffdstudio.meshes import inverted
+from ffdstudio.project.checks.guarding import Warden
 from ffdstudio.project.commands import CreateBox, Enable
 from ffdstudio.project.document import Document
-from ffdstudio.project.events import PointerEvent
-from ffdstudio.project.guarding import Warden
-from ffdstudio.project.tools import Tools
+from ffdstudio.project.interaction.events import PointerEvent
+from ffdstudio.project.interaction.tools import Tools
 from tests.project.scenes import BOX, look, opened, write_cube, write_square
 
 POINT = (2, 2, 2)

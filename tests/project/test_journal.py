@@ -14,9 +14,9 @@ from ffdstudio.errors import InputError
 from ffdstudio.exchange import read_lattice, write_lattice
 from ffdstudio.project import commands as c
 from ffdstudio.project.document import Document
-from ffdstudio.project.journal import Journal, commands_of, read_journal
-from ffdstudio.project.replaying import export, replay
-from ffdstudio.project.sentences import to_command, to_words
+from ffdstudio.project.files.command_codec import to_command, to_words
+from ffdstudio.project.files.journal import Journal, commands_of, read_journal
+from ffdstudio.project.files.replaying import export, replay
 from tests.project.scenes import BOX, opened, write_cube
 
 BENT = BOX.lattice.moved(BOX.lattice.control_points * 1.1, BOX.lattice.weights * 0.7)

@@ -13,16 +13,16 @@ import pytest
 
 from ffdstudio.project import Project
 from ffdstudio.project import commands as c
-from ffdstudio.project.autosave import Autosave
 from ffdstudio.project.document import Document
-from ffdstudio.project.recovery import Session, left_behind
-from ffdstudio.project.replaying import replay
+from ffdstudio.project.files.autosave import Autosave
+from ffdstudio.project.files.recovery import Session, left_behind
+from ffdstudio.project.files.replaying import replay
 from tests.project.scenes import BOX, opened, write_cube
 
 DIES = """
 import os, sys
 from pathlib import Path
-from ffdstudio.project.recovery import Session
+from ffdstudio.project.files.recovery import Session
 from ffdstudio.project.document import Document
 from tests.project.scenes import BOX, opened
 
@@ -68,7 +68,7 @@ import sys
 import time
 from pathlib import Path
 from ffdstudio.project import commands as c
-from ffdstudio.project.recovery import Session
+from ffdstudio.project.files.recovery import Session
 from tests.project.scenes import BOX, opened
 
 document = opened(Path(sys.argv[1]), BOX)

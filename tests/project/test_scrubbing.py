@@ -10,8 +10,8 @@ import pytest
 from ffdstudio.errors import InputError
 from ffdstudio.project.commands import Colour, CreateBox, Rename, Show
 from ffdstudio.project.document import Document
-from ffdstudio.project.journal import read_journal
-from ffdstudio.project.scrubbing import scrub
+from ffdstudio.project.files.journal import read_journal
+from ffdstudio.project.studies.scrubbing import scrub
 
 
 @pytest.fixture

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from ffdstudio.project import selection as s
+from ffdstudio.project.interaction import selection as s
 
 SHAPE = (4, 3, 2)
 ONE = frozenset({(1, 1, 0)})

@@ -8,8 +8,8 @@ import pytest
 from ffdstudio.engine import Lattice
 from ffdstudio.engine.boxes import Frame
 from ffdstudio.meshes.planes import Plane
-from ffdstudio.project.seating import seat_sentence, seated
-from ffdstudio.project.sliding import alike, leaving, names_at, slid
+from ffdstudio.project.checks.plane_snapping import seat_sentence, seated
+from ffdstudio.project.plane_constraints import alike, leaving, names_at, slid
 
 NONE = np.arange(0)
 

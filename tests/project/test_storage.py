@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 from ffdstudio import InputError, Lattice, Project
-from ffdstudio.project import archive
-from ffdstudio.project.records import BodyRecord, LatticeRecord, ProjectFile
-from ffdstudio.project.storage import read_project, write_project
+from ffdstudio.project.files import archive
+from ffdstudio.project.files.records import BodyRecord, LatticeRecord, ProjectFile
+from ffdstudio.project.files.storage import read_project, write_project
 
 MESH = b"NDIME= 2\nNELEM= 1\n5 0 1 2\nNPOIN= 3\n0 0\n1 0\n0 1\nNMARK= 0\n"
 

@@ -13,10 +13,10 @@ from ffdstudio.meshes import Mesh
 from ffdstudio.meshes.airfoil import naca4
 from ffdstudio.project.commands import AddLattice, InsertKnots, MovePoints, OpenMesh
 from ffdstudio.project.document import Document
-from ffdstudio.project.indicator import bars
-from ffdstudio.project.section_view import section_view
-from ffdstudio.project.studies import Limit, Plan, box_around, checked
-from ffdstudio.project.study_task import prepare
+from ffdstudio.project.studies.indicator import bars
+from ffdstudio.project.studies.plan import Limit, Plan, box_around, checked
+from ffdstudio.project.studies.task import prepare
+from ffdstudio.project.view.section_view import section_view
 
 
 def _plane_mesh(contour):

@@ -11,10 +11,10 @@ import pytest
 from ffdstudio.cli.main import main
 from ffdstudio.project import commands as c
 from ffdstudio.project.document import Document
-from ffdstudio.project.spread import Soft
-from ffdstudio.project.tools import Options
-from ffdstudio.project.transforms import rotation
-from ffdstudio.project.typed import set_displacement, set_position, transform
+from ffdstudio.project.interaction.numeric_edits import set_displacement, set_position, transform
+from ffdstudio.project.interaction.spread import Soft
+from ffdstudio.project.interaction.tools import Options
+from ffdstudio.project.interaction.transforms import rotation
 from tests.project.scenes import opened, write_cube
 from tests.project.test_tools import Hand
 

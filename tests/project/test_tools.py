@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 from ffdstudio.project import commands as c
-from ffdstudio.project.camera import Camera
 from ffdstudio.project.document import Document
-from ffdstudio.project.events import PointerEvent
-from ffdstudio.project.feedback import vector_text, weight_handle
-from ffdstudio.project.spread import Mirror, Soft
-from ffdstudio.project.tools import Options, Tools
+from ffdstudio.project.interaction.events import PointerEvent
+from ffdstudio.project.interaction.feedback import vector_text, weight_handle
+from ffdstudio.project.interaction.spread import Mirror, Soft
+from ffdstudio.project.interaction.tools import Options, Tools
+from ffdstudio.project.view.camera import Camera
 from tests.project.scenes import BOX, look, opened, write_cube, write_square
 
 POINT = (2, 1, 2)

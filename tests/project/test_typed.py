@@ -10,11 +10,11 @@ from scipy.spatial.transform import Rotation
 
 from ffdstudio.errors import InputError
 from ffdstudio.project import commands as c
-from ffdstudio.project import typed
 from ffdstudio.project.document import Document
+from ffdstudio.project.interaction import numeric_edits as typed
+from ffdstudio.project.interaction.spread import PROFILES, Mirror, Soft, Spread
+from ffdstudio.project.interaction.transforms import rotation, scaling
 from ffdstudio.project.model import LatticeItem
-from ffdstudio.project.spread import PROFILES, Mirror, Soft, Spread
-from ffdstudio.project.transforms import rotation, scaling
 from tests.project.scenes import BOX
 
 CHOSEN = [(1, 1, 1), (2, 2, 1)]

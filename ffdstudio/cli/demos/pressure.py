@@ -26,14 +26,14 @@ from ffdstudio.exchange import write_lattice
 from ffdstudio.files import write_bytes
 from ffdstudio.meshes import Mesh, inverted, write_mesh
 from ffdstudio.optimize import plots
-from ffdstudio.optimize.contour import upper_side
+from ffdstudio.optimize.flow.panel import PanelFlow
+from ffdstudio.optimize.geometry.contour import upper_side
+from ffdstudio.optimize.geometry.sections import target_contour
+from ffdstudio.optimize.geometry.shapes import Shape, mesh_shape
 from ffdstudio.optimize.objectives.flow import FlowTarget
-from ffdstudio.optimize.panel import PanelFlow
-from ffdstudio.optimize.record import History, Record
-from ffdstudio.optimize.rules import Rules
-from ffdstudio.optimize.sections import target_contour
-from ffdstudio.optimize.shapes import Shape, mesh_shape
-from ffdstudio.optimize.study import Budget, Refinement, Study, Task
+from ffdstudio.optimize.runs.record import History, Record
+from ffdstudio.optimize.runs.study import Budget, Refinement, Study, Task
+from ffdstudio.optimize.variables.rules import Rules
 from ffdstudio.samples import sample
 
 ANGLE = 2.0  # degrees

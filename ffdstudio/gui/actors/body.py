@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 
 from ffdstudio.gui.actors.surface import Rgb, SurfaceActor
 from ffdstudio.gui.actors.vtk import Array, Ints, actor, cells, poly, ragged_cells
-from ffdstudio.gui.interest import walls
+from ffdstudio.gui.first_view import walls
 from ffdstudio.gui.theme import Theme
-from ffdstudio.project.display import Proxy, Surface
 from ffdstudio.project.model import Body
+from ffdstudio.project.view.surface import Proxy, Surface
 
 Bools = NDArray[np.bool_]
 MANY_FACES = 60_000  # edges of more faces than these would only be a dark veil

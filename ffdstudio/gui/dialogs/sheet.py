@@ -7,7 +7,7 @@ from html import escape
 from PySide6.QtGui import QKeySequence
 from PySide6.QtWidgets import QDialog, QDialogButtonBox, QTextBrowser, QVBoxLayout, QWidget
 
-from ffdstudio.gui.table import MENUS, ROWS
+from ffdstudio.gui.action_table import MENUS, ROWS
 
 MOUSE: tuple[tuple[str, str], ...] = (
     ("Click a control point", "select it; Shift adds or takes away"),

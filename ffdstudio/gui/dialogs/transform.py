@@ -18,9 +18,9 @@ from ffdstudio.errors import InputError
 from ffdstudio.gui.errors import sentence
 from ffdstudio.gui.panels.fields import NumberEdit, VectorEdit, note, say
 from ffdstudio.project.edit import Edit
-from ffdstudio.project.flatness import normal_axis, plane_of
-from ffdstudio.project.tools import Options, Tools
-from ffdstudio.project.transforms import rotation, scaling
+from ffdstudio.project.interaction.flatness import normal_axis, plane_of
+from ffdstudio.project.interaction.tools import Options, Tools
+from ffdstudio.project.interaction.transforms import rotation, scaling
 
 
 class TransformDialog(QDialog):
@@ -133,7 +133,7 @@ def following(options: Options) -> str:
 
     Examples
     --------
-    >>> from ffdstudio.project.spread import Mirror
+    >>> from ffdstudio.project.interaction.spread import Mirror
     >>> following(Options(mirror=Mirror(1)))
     'Points opposite the plane y = 0 follow.'
     """

@@ -9,10 +9,10 @@ from ffdstudio.gui.dialogs.transform import TransformDialog
 from ffdstudio.gui.panels.lattice import LatticePanel
 from ffdstudio.gui.studio import Studio
 from ffdstudio.project import commands as c
-from ffdstudio.project import selection as sel
-from ffdstudio.project import typed
+from ffdstudio.project.interaction import numeric_edits as typed
+from ffdstudio.project.interaction import selection as sel
+from ffdstudio.project.interaction.tools import Tools
 from ffdstudio.project.model import LatticeItem
-from ffdstudio.project.tools import Tools
 
 
 class EditHandler:

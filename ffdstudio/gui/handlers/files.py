@@ -17,7 +17,7 @@ from ffdstudio.gui.studio import Studio
 from ffdstudio.project.commands import TreatBoxes
 from ffdstudio.project.document import Document
 from ffdstudio.project.model import Body
-from ffdstudio.project.volume import Volume
+from ffdstudio.project.view.volume import Volume
 
 PROJECT = ".ffdproj"
 PROJECT_FILTER = f"FFD Studio project (*{PROJECT})"

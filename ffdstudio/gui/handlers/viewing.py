@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ffdstudio.gui.action_table import ROWS
 from ffdstudio.gui.actions import Actions
 from ffdstudio.gui.dialogs.palette import Offer, Palette
 from ffdstudio.gui.dialogs.sheet import ShortcutSheet
@@ -15,7 +16,6 @@ from ffdstudio.gui.navigation import AXIS_VIEWS, looking
 from ffdstudio.gui.scene import Scene
 from ffdstudio.gui.sections import middle
 from ffdstudio.gui.studio import Studio
-from ffdstudio.gui.table import ROWS
 from ffdstudio.project import commands as c
 from ffdstudio.project.model import Body
 

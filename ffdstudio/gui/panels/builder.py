@@ -13,7 +13,7 @@ from ffdstudio.engine import Lattice
 from ffdstudio.engine.boxes import Frame
 from ffdstudio.errors import InputError
 from ffdstudio.gui.errors import sentence
-from ffdstudio.gui.interest import walls
+from ffdstudio.gui.first_view import walls
 from ffdstudio.gui.panels.boxform import BoxForm
 from ffdstudio.gui.panels.draft import (
     Draft,
@@ -24,11 +24,11 @@ from ffdstudio.gui.panels.draft import (
 from ffdstudio.gui.panels.fields import say
 from ffdstudio.gui.studio import Studio
 from ffdstudio.meshes.planes import Plane, planes_of
+from ffdstudio.project.checks.freezing import Face
+from ffdstudio.project.checks.plane_snapping import seat_sentence, seated
 from ffdstudio.project.commands import CreateBox, Refit
-from ffdstudio.project.freezing import Face
 from ffdstudio.project.model import LatticeItem
-from ffdstudio.project.seating import seat_sentence, seated
-from ffdstudio.project.sliding import planes_in
+from ffdstudio.project.plane_constraints import planes_in
 
 Array = NDArray[np.float64]
 TYPED = "typed bounds"

@@ -6,8 +6,8 @@ from PySide6.QtCore import Qt
 from PySide6.QtGui import QColor
 from PySide6.QtWidgets import QListWidget, QListWidgetItem
 
-from ffdstudio.gui.listening import Listening
 from ffdstudio.gui.studio import Studio
+from ffdstudio.gui.subscriptions import Listening
 from ffdstudio.gui.theme import Theme
 
 START = "Beginning"

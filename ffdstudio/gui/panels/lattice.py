@@ -20,10 +20,10 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from ffdstudio.gui.listening import Listening
 from ffdstudio.gui.panels.builder import Builder
 from ffdstudio.gui.panels.fields import note, say
 from ffdstudio.gui.studio import Studio
+from ffdstudio.gui.subscriptions import Listening
 from ffdstudio.gui.theme import Theme
 from ffdstudio.project import commands as c
 from ffdstudio.project.model import LatticeItem

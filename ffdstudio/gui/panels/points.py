@@ -20,13 +20,13 @@ from PySide6.QtWidgets import (
 
 from ffdstudio.errors import InputError
 from ffdstudio.gui.errors import sentence
-from ffdstudio.gui.listening import Listening
 from ffdstudio.gui.panels.fields import NumberEdit, VectorEdit, note, say
 from ffdstudio.gui.studio import Studio
+from ffdstudio.gui.subscriptions import Listening
 from ffdstudio.gui.theme import Theme
-from ffdstudio.project import typed
 from ffdstudio.project.edit import Edit
-from ffdstudio.project.flatness import normal_axis, plane_of
+from ffdstudio.project.interaction import numeric_edits as typed
+from ffdstudio.project.interaction.flatness import normal_axis, plane_of
 from ffdstudio.project.model import Index, LatticeItem
 
 Array = NDArray[np.float64]

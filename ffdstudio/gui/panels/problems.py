@@ -6,9 +6,9 @@ from datetime import datetime
 
 from PySide6.QtWidgets import QListWidget, QListWidgetItem
 
-from ffdstudio.gui.listening import Listening
 from ffdstudio.gui.resources import icon
 from ffdstudio.gui.studio import Studio
+from ffdstudio.gui.subscriptions import Listening
 from ffdstudio.gui.theme import Theme
 
 

@@ -16,10 +16,10 @@ from PySide6.QtWidgets import (
     QTreeWidgetItem,
 )
 
-from ffdstudio.gui.listening import Listening
 from ffdstudio.gui.panels.fields import note
 from ffdstudio.gui.resources import icon
 from ffdstudio.gui.studio import Studio
+from ffdstudio.gui.subscriptions import Listening
 from ffdstudio.gui.theme import Theme
 from ffdstudio.project import commands as c
 from ffdstudio.project.model import Body, LatticeItem

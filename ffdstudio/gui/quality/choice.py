@@ -7,7 +7,7 @@ from typing import Any
 
 from psygnal import Signal
 
-from ffdstudio.project.checking import presets
+from ffdstudio.project.checks.checking import presets
 
 COLOURS = {"off": "Off", "value": "Value", "change": "Change since undeformed"}
 

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from ffdstudio.gui.theme import Theme
 from ffdstudio.meshes.measures import MEASURES
-from ffdstudio.project.checking import Digest
-from ffdstudio.project.scales import Scale
+from ffdstudio.project.checks.checking import Digest
+from ffdstudio.project.view.scales import Scale
 
 Array = NDArray[np.float64]
 Colours = NDArray[np.uint8]

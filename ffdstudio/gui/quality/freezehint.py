@@ -10,8 +10,8 @@ from ffdstudio.engine import Lattice
 from ffdstudio.gui.panels.fields import say
 from ffdstudio.gui.studio import Studio
 from ffdstudio.meshes import Mesh
-from ffdstudio.project.freezing import Face, advice, suggested
-from ffdstudio.project.volume import Volume
+from ffdstudio.project.checks.freezing import Face, advice, suggested
+from ffdstudio.project.view.volume import Volume
 
 Array = NDArray[np.float64]
 

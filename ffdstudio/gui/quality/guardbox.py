@@ -7,7 +7,7 @@ from PySide6.QtWidgets import QComboBox, QFormLayout, QGroupBox, QVBoxLayout
 from ffdstudio.gui.panels.fields import note
 from ffdstudio.gui.studio import Studio
 from ffdstudio.meshes.safety.limits import PRESETS, Limits
-from ffdstudio.project.guarding import Warden
+from ffdstudio.project.checks.guarding import Warden
 
 MODES = {
     "stop": ("Stop at the limit", "A drag ends where the first cell would break the limit"),

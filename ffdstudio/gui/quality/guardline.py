@@ -8,10 +8,10 @@ import numpy as np
 
 from ffdstudio.gui.overlay import Line, Ring, Shape, Text
 from ffdstudio.gui.viewport import Viewport
-from ffdstudio.project.camera import Camera
-from ffdstudio.project.feedback import Feedback
-from ffdstudio.project.guarding import Verdict
-from ffdstudio.project.tools import Tools
+from ffdstudio.project.checks.guarding import Verdict
+from ffdstudio.project.interaction.feedback import Feedback
+from ffdstudio.project.interaction.tools import Tools
+from ffdstudio.project.view.camera import Camera
 
 TICK = 8.0  # pixels to each side of the line
 NEAR = 4.0  # times the drag: a limit beyond that is not drawn

@@ -10,7 +10,7 @@ from PySide6.QtGui import QColor
 from ffdstudio.gui.quality.colours import map_of, scale_of
 from ffdstudio.gui.theme import Theme
 from ffdstudio.meshes.measures import MEASURES
-from ffdstudio.project.checking import Digest
+from ffdstudio.project.checks.checking import Digest
 
 DECADES = (0, 1, 10, 100, 1_000, 10_000, 100_000, 1_000_000, 10_000_000)
 

@@ -6,13 +6,13 @@ from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QLinearGradient, QPainter, QPaintEvent
 from PySide6.QtWidgets import QWidget
 
-from ffdstudio.gui.listening import Listening
 from ffdstudio.gui.quality.choice import Choice
 from ffdstudio.gui.quality.colours import map_of, scale_of
 from ffdstudio.gui.studio import Studio
+from ffdstudio.gui.subscriptions import Listening
 from ffdstudio.gui.viewport import Viewport
 from ffdstudio.meshes.measures import MEASURES
-from ffdstudio.project.checking import Checks, Digest
+from ffdstudio.project.checks.checking import Checks, Digest
 
 WIDTH, HEIGHT, MARGIN = 270, 58, 12
 

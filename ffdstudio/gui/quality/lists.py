@@ -18,7 +18,7 @@ from ffdstudio.gui.panels.fields import note
 from ffdstudio.gui.quality.notes import put
 from ffdstudio.gui.theme import Theme
 from ffdstudio.meshes.measures import MEASURES
-from ffdstudio.project.checking import Digest, against
+from ffdstudio.project.checks.checking import Digest, against
 
 if TYPE_CHECKING:
     from ffdstudio.meshes.measures.report import Report

@@ -7,14 +7,14 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from ffdstudio.gui.listening import Listening
 from ffdstudio.gui.overlay import Line, Ring, Shape, Text
 from ffdstudio.gui.quality.choice import Choice
 from ffdstudio.gui.quality.flying import Flight
+from ffdstudio.gui.subscriptions import Listening
 from ffdstudio.gui.viewport import Viewport
 from ffdstudio.meshes.measures.blocks import blocks_of
 from ffdstudio.meshes.measures.faces import Topology, topology_of
-from ffdstudio.project.checking import Checks
+from ffdstudio.project.checks.checking import Checks
 from ffdstudio.project.document import Document
 
 Array = NDArray[np.float64]

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from PySide6.QtWidgets import QLabel
 
-from ffdstudio.gui.listening import Listening
 from ffdstudio.gui.panels.fields import say
 from ffdstudio.gui.studio import Studio
-from ffdstudio.project.folding import MEANING, Foldings, told
+from ffdstudio.gui.subscriptions import Listening
+from ffdstudio.project.checks.folding import MEANING, Foldings, told
 
 
 class PlaneNote(QLabel):

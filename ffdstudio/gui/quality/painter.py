@@ -14,13 +14,13 @@ from vtkmodules.util.numpy_support import numpy_to_vtk
 
 from ffdstudio.gui.actors.body import MANY_FACES, BodyActor, hull
 from ffdstudio.gui.actors.vtk import Ints, actor, poly, ragged_cells
-from ffdstudio.gui.listening import Listening
 from ffdstudio.gui.quality.choice import Choice
 from ffdstudio.gui.quality.colours import Colours, colours_of, map_of, scale_of
 from ffdstudio.gui.scene import Scene
 from ffdstudio.gui.sections import Sections
 from ffdstudio.gui.studio import Studio
-from ffdstudio.project.checking import Checks
+from ffdstudio.gui.subscriptions import Listening
+from ffdstudio.project.checks.checking import Checks
 from ffdstudio.project.model import Body
 
 

@@ -16,19 +16,19 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from ffdstudio.gui.listening import Listening
 from ffdstudio.gui.panels.fields import note, say
 from ffdstudio.gui.quality.choice import COLOURS, Choice
 from ffdstudio.gui.quality.guardbox import GuardBox
-from ffdstudio.gui.quality.late import LateHistogram
+from ffdstudio.gui.quality.lazy_histogram import LateHistogram
 from ffdstudio.gui.quality.lists import LimitList, WorstList, spaced
 from ffdstudio.gui.quality.notes import FoldNote, PlaneNote, put
 from ffdstudio.gui.studio import Studio
+from ffdstudio.gui.subscriptions import Listening
 from ffdstudio.gui.theme import Theme
 from ffdstudio.meshes.measures import LIMITS, MEASURES
-from ffdstudio.project.checking import Checks, Digest, presets
-from ffdstudio.project.folding import Foldings
-from ffdstudio.project.guarding import Warden
+from ffdstudio.project.checks.checking import Checks, Digest, presets
+from ffdstudio.project.checks.folding import Foldings
+from ffdstudio.project.checks.guarding import Warden
 
 if TYPE_CHECKING:
     from ffdstudio.meshes import Mesh

@@ -10,12 +10,12 @@ from numpy.typing import NDArray
 
 from ffdstudio.engine import Lattice
 from ffdstudio.gui.actors.vtk import Points, actor, cells, poly
-from ffdstudio.gui.listening import Listening
 from ffdstudio.gui.overlay import Shape, Text
 from ffdstudio.gui.scene import Scene
 from ffdstudio.gui.studio import Studio
-from ffdstudio.project.freezing import continuity, is_box
-from ffdstudio.project.rings import ring
+from ffdstudio.gui.subscriptions import Listening
+from ffdstudio.project.checks.freezing import continuity, is_box
+from ffdstudio.project.view.rings import ring
 
 Array = NDArray[np.float64]
 

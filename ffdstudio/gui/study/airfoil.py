@@ -24,18 +24,18 @@ from PySide6.QtWidgets import (
 
 from ffdstudio.errors import InputError
 from ffdstudio.gui.errors import sentence
-from ffdstudio.gui.listening import Listening
 from ffdstudio.gui.panels.fields import note, say
 from ffdstudio.gui.start import Elided
 from ffdstudio.gui.studio import Studio
 from ffdstudio.gui.study.plots import make_plot, narrow, paint_plot, put_key
 from ffdstudio.gui.study.runner import StudyRunner
+from ffdstudio.gui.subscriptions import Listening
 from ffdstudio.gui.theme import Theme
-from ffdstudio.project.airfoils import Profile, profiles
 from ffdstudio.project.model import Body
+from ffdstudio.project.studies.airfoils import Profile, profiles
 
 if TYPE_CHECKING:
-    from ffdstudio.project.section_view import SectionView
+    from ffdstudio.project.view.section_view import SectionView
 
 FRAME_MS = 33
 EMPTY = (
@@ -232,7 +232,7 @@ class AirfoilPanel(QWidget):
 
 def _look(start: Any, now: Any, target: str, angle: float) -> tuple[SectionView, str]:
     """Picture, and what is wrong with the target; for a worker."""
-    from ffdstudio.project.section_view import section_view
+    from ffdstudio.project.view.section_view import section_view
 
     try:
         return section_view(start, now, target, angle), ""
@@ -288,7 +288,7 @@ class _Curves:
         put_key(pressure, target, current)
 
     def draw(self, view: SectionView, comb: bool) -> None:
-        from ffdstudio.optimize.sections import kulfan_tolerance
+        from ffdstudio.optimize.geometry.sections import kulfan_tolerance
 
         self.source.setData(view.source)
         self.current.setData(view.current)

@@ -6,8 +6,8 @@ from PySide6.QtCore import QObject, QTimer
 
 from ffdstudio.gui.studio import Studio
 from ffdstudio.gui.study.runner import StudyRunner
-from ffdstudio.project.iterate_cells import checkable, count_inverted
-from ffdstudio.project.scrubbing import Scrub
+from ffdstudio.project.checks.iterate_cells import checkable, count_inverted
+from ffdstudio.project.studies.scrubbing import Scrub
 
 STILL_MS = 250
 

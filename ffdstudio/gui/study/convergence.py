@@ -15,12 +15,12 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from ffdstudio.gui.listening import Listening
 from ffdstudio.gui.studio import Studio
 from ffdstudio.gui.study.plots import choice, make_plot, paint_plot, series
 from ffdstudio.gui.study.runner import StudyRunner
 from ffdstudio.gui.study.runs import AGAINST, FIGURES, Run
 from ffdstudio.gui.study.timeline import Timeline
+from ffdstudio.gui.subscriptions import Listening
 from ffdstudio.gui.theme import Theme
 
 EXPORTS = "PNG picture (*.png);;SVG picture (*.svg);;CSV table (*.csv)"
@@ -209,7 +209,7 @@ def write(path: Path, runs: list[Run], shown: Run | None, figure: str, against: 
     from ffdstudio.errors import InputError
     from ffdstudio.files import write_bytes
     from ffdstudio.optimize import plots
-    from ffdstudio.optimize.record import History
+    from ffdstudio.optimize.runs.record import History
 
     kind = path.suffix.lower().lstrip(".")
     histories = {run.name: History(list(run.history.records)) for run in runs}

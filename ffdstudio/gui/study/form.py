@@ -23,10 +23,10 @@ from ffdstudio.gui.panels.fields import NumberEdit
 from ffdstudio.gui.studio import Studio
 from ffdstudio.gui.study.limits import LimitsEdit
 from ffdstudio.gui.study.plots import choice, narrow
-from ffdstudio.optimize.sections import is_naca
-from ffdstudio.project.airfoils import profiles
+from ffdstudio.optimize.geometry.sections import is_naca
 from ffdstudio.project.model import Model
-from ffdstudio.project.studies import NEW, PLANE, Plan
+from ffdstudio.project.studies.airfoils import profiles
+from ffdstudio.project.studies.plan import NEW, PLANE, Plan
 
 OBJECTIVES = {
     "contour": "Match a contour",

@@ -9,7 +9,7 @@ from PySide6.QtWidgets import QComboBox, QGridLayout, QPushButton, QToolButton, 
 
 from ffdstudio.gui.panels.fields import NumberEdit, note
 from ffdstudio.gui.study.plots import narrow
-from ffdstudio.project.studies import QUANTITIES, RELATIONS, Limit
+from ffdstudio.project.studies.plan import QUANTITIES, RELATIONS, Limit
 
 PLACED = {"thickness": "x / c", "lift": "angle", "moment": "angle"}
 SPATIAL = ("volume",)

@@ -13,15 +13,15 @@ from PySide6.QtWidgets import (
 )
 
 from ffdstudio.gui.errors import sentence
-from ffdstudio.gui.listening import Listening
 from ffdstudio.gui.panels.fields import note, say
 from ffdstudio.gui.resources import icon
 from ffdstudio.gui.studio import Studio
 from ffdstudio.gui.study.form import StudyForm
 from ffdstudio.gui.study.runner import StudyRunner
 from ffdstudio.gui.study.runs import STATES
+from ffdstudio.gui.subscriptions import Listening
 from ffdstudio.gui.theme import Theme
-from ffdstudio.project.scrubbing import Scrub
+from ffdstudio.project.studies.scrubbing import Scrub
 
 EMPTY = (
     "Nothing to optimize yet. Open a plane mesh with an airfoil as a marker, "

@@ -19,16 +19,16 @@ from PySide6.QtWidgets import (
 
 from ffdstudio.errors import InputError
 from ffdstudio.gui.errors import sentence
-from ffdstudio.gui.listening import Listening
 from ffdstudio.gui.panels.fields import note, say
 from ffdstudio.gui.studio import Studio
 from ffdstudio.gui.study.plots import choice, make_plot, paint_plot
 from ffdstudio.gui.study.runner import StudyRunner
+from ffdstudio.gui.subscriptions import Listening
 from ffdstudio.gui.theme import Theme
 from ffdstudio.project import commands as c
 
 if TYPE_CHECKING:
-    from ffdstudio.project.indicator import Bar
+    from ffdstudio.project.studies.indicator import Bar
 
 LETTERS = "ijk"
 SETTLE_MS = 150
@@ -138,7 +138,7 @@ class RefinePanel(QWidget):
             if not self.bars:
                 self._blank(WAITING)
         else:
-            from ffdstudio.project.indicator import bars
+            from ffdstudio.project.studies.indicator import bars
 
             plan = replace(draft, indicator=self.indicator.currentData(), metric=draft.metric)
             model = self._studio.document.model

@@ -27,14 +27,14 @@ from ffdstudio.errors import InputError
 from ffdstudio.gui.dialogs.ask import Question
 from ffdstudio.gui.errors import problem_of, sentence
 from ffdstudio.gui.jobs import Job, Progress
-from ffdstudio.gui.listening import Listening
 from ffdstudio.gui.studio import Studio
 from ffdstudio.gui.study.runs import Run
-from ffdstudio.project.scrubbing import Scrub, scrub
-from ffdstudio.project.studies import NEW, Plan, box_around, checked
+from ffdstudio.gui.subscriptions import Listening
+from ffdstudio.project.studies.plan import NEW, Plan, box_around, checked
+from ffdstudio.project.studies.scrubbing import Scrub, scrub
 
 if TYPE_CHECKING:
-    from ffdstudio.optimize.record import Record
+    from ffdstudio.optimize.runs.record import Record
     from ffdstudio.project.model import LatticeItem, Model
 
 POLL_MS = 50
@@ -106,7 +106,7 @@ class StudyRunner(QObject):
         return True
 
     def _begin(self, plan: Plan, item: LatticeItem, paused: bool) -> None:
-        from ffdstudio.optimize.record import History
+        from ffdstudio.optimize.runs.record import History
 
         self._began += 1
         run = Run(f"Study {self._began}", self._began - 1, plan, item.key, History())
@@ -174,7 +174,7 @@ class StudyRunner(QObject):
     def _work(
         self, run: Run, model: Model, item: LatticeItem, paused: bool, progress: Progress
     ) -> None:
-        from ffdstudio.project.study_task import prepare
+        from ffdstudio.project.studies.task import prepare
 
         progress(0.0, "Preparing")
         study = prepare(run.plan, model, item).study
@@ -259,7 +259,7 @@ class StudyRunner(QObject):
         """Show an iterate of a run: net, mesh and all views."""
         if not 0 <= place < len(run.iterates):
             return
-        from ffdstudio.optimize.record import unpack
+        from ffdstudio.optimize.runs.record import unpack
 
         self.run, self.place, self.following = run, place, follow
         stored = run.iterates[place].lattice

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from ffdstudio.project.studies import Plan
+from ffdstudio.project.studies.plan import Plan
 
 if TYPE_CHECKING:
-    from ffdstudio.optimize.record import History, Record
-    from ffdstudio.optimize.study import Study
+    from ffdstudio.optimize.runs.record import History, Record
+    from ffdstudio.optimize.runs.study import Study
 
 Array = NDArray[np.float64]
 FIGURES = {
@@ -67,7 +67,7 @@ class Run:
 
     def add(self, record: Record) -> None:
         """Take a record that has arrived."""
-        from ffdstudio.optimize.record import value_of
+        from ffdstudio.optimize.runs.record import value_of
 
         self.history.records.append(record)
         if record.kind == "end":

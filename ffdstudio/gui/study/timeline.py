@@ -15,10 +15,10 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from ffdstudio.gui.listening import Listening
 from ffdstudio.gui.resources import icon
 from ffdstudio.gui.start import Elided
 from ffdstudio.gui.study.runner import StudyRunner
+from ffdstudio.gui.subscriptions import Listening
 from ffdstudio.gui.theme import Theme
 
 EMPTY = "No iterates yet. Start a study; its iterates can be looked at here, while it runs too."

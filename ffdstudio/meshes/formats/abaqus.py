@@ -23,9 +23,9 @@ from ffdstudio.files import read_bytes
 from ffdstudio.meshes.formats import Progress
 from ffdstudio.meshes.formats.abaqus_blocks import Block, blocks_of, fields, first_blank, tokens
 from ffdstudio.meshes.formats.abaqus_types import kind_of
+from ffdstudio.meshes.formats.number_table import pick_anywhere, pick_numbers
 from ffdstudio.meshes.formats.patch import TextTemplate
 from ffdstudio.meshes.formats.source import Source
-from ffdstudio.meshes.formats.table import pick_anywhere, pick_numbers
 from ffdstudio.meshes.mesh import Markers, Mesh, MeshWarning
 from ffdstudio.meshes.topology import Cells, Indices
 

@@ -7,9 +7,14 @@ from pathlib import Path
 import numpy as np
 
 from ffdstudio.meshes.formats import Progress
+from ffdstudio.meshes.formats.number_table import (
+    line_firsts,
+    pick_anywhere,
+    pick_numbers,
+    split_tokens,
+)
 from ffdstudio.meshes.formats.patch import TextTemplate
 from ffdstudio.meshes.formats.source import Source
-from ffdstudio.meshes.formats.table import line_firsts, pick_anywhere, pick_numbers, split_tokens
 from ffdstudio.meshes.mesh import Mesh
 from ffdstudio.meshes.topology import Cells, Indices
 

@@ -18,11 +18,11 @@ import numpy as np
 
 from ffdstudio.meshes.formats import Progress
 from ffdstudio.meshes.formats.cgns_boundaries import families_of
+from ffdstudio.meshes.formats.cgns_nodes import Adf, Node, hdf5
 from ffdstudio.meshes.formats.cgns_zones import Zones
 from ffdstudio.meshes.formats.hdftemplate import HdfTemplate
 from ffdstudio.meshes.formats.patch import BinaryTemplate
 from ffdstudio.meshes.formats.source import Source
-from ffdstudio.meshes.formats.tree import Adf, Node, hdf5
 from ffdstudio.meshes.formats.vtkcells import offsets_of
 from ffdstudio.meshes.mesh import Mesh, Template
 from ffdstudio.meshes.topology import Indices

@@ -12,8 +12,8 @@ from typing import Any
 
 import numpy as np
 
+from ffdstudio.meshes.formats.cgns_nodes import Node
 from ffdstudio.meshes.formats.source import Source
-from ffdstudio.meshes.formats.tree import Node
 from ffdstudio.meshes.formats.vtkcells import block_cells
 from ffdstudio.meshes.topology import Cells, Indices, dimension
 

@@ -7,8 +7,8 @@ import warnings
 import numpy as np
 
 from ffdstudio.meshes.formats.cgns_boundaries import Parts, elements, kind_of, patch
+from ffdstudio.meshes.formats.cgns_nodes import Node
 from ffdstudio.meshes.formats.source import Source
-from ffdstudio.meshes.formats.tree import Node
 from ffdstudio.meshes.formats.vtkcells import MIDDLE_BEFORE_TOP, block_cells
 from ffdstudio.meshes.mesh import Markers, MeshWarning
 from ffdstudio.meshes.topology import Cells, Indices, dimension

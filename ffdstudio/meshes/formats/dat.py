@@ -15,9 +15,9 @@ import numpy as np
 from ffdstudio.errors import InputError
 from ffdstudio.files import write_bytes
 from ffdstudio.meshes.formats import Progress
+from ffdstudio.meshes.formats.number_table import Rows, numbers, read_rows
 from ffdstudio.meshes.formats.patch import TextTemplate, shortest
 from ffdstudio.meshes.formats.source import Source
-from ffdstudio.meshes.formats.table import Rows, numbers, read_rows
 from ffdstudio.meshes.mesh import Mesh
 from ffdstudio.meshes.topology import Array, Indices
 

@@ -19,9 +19,9 @@ import numpy as np
 
 from ffdstudio.meshes.formats import Progress
 from ffdstudio.meshes.formats.fluent_sections import Sections, Zone, sections_of
+from ffdstudio.meshes.formats.number_table import pick_anywhere, split_tokens
 from ffdstudio.meshes.formats.patch import TextTemplate
 from ffdstudio.meshes.formats.source import Source
-from ffdstudio.meshes.formats.table import pick_anywhere, split_tokens
 from ffdstudio.meshes.formats.vtkcells import offsets_of, polygon_name
 from ffdstudio.meshes.mesh import Faces, Markers, Mesh, boundary_faces
 from ffdstudio.meshes.topology import Array, Cells, Indices

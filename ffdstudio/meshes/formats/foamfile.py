@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 
 from ffdstudio.errors import InputError
 from ffdstudio.files import read_bytes
+from ffdstudio.meshes.formats.number_table import pick_numbers, split_tokens
 from ffdstudio.meshes.formats.source import Source
-from ffdstudio.meshes.formats.table import pick_numbers, split_tokens
 from ffdstudio.meshes.topology import Indices
 
 _HEADER = re.compile(rb"FoamFile\s*\{([^{}]*)\}")

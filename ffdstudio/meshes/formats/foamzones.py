@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from ffdstudio.meshes.formats.foamfile import FoamFile
-from ffdstudio.meshes.formats.table import pick_numbers, split_tokens
+from ffdstudio.meshes.formats.number_table import pick_numbers, split_tokens
 from ffdstudio.meshes.mesh import Faces, Markers, boundary_faces
 from ffdstudio.meshes.topology import Cells, Indices
 

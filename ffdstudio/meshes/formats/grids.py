@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ffdstudio.meshes.formats.deck import WIDTH, Deck, Letters
+from ffdstudio.meshes.formats.card_deck import WIDTH, Deck, Letters
 from ffdstudio.meshes.formats.patch import changed
 from ffdstudio.meshes.topology import Array, Indices
 

@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 
 from ffdstudio.files import write_bytes
+from ffdstudio.meshes.formats.cgns_nodes import opened
 from ffdstudio.meshes.formats.patch import changed, refuse_missing_axes, rounded, warn_if_rounded
 from ffdstudio.meshes.formats.source import Source
-from ffdstudio.meshes.formats.tree import opened
 from ffdstudio.meshes.topology import Array
 
 

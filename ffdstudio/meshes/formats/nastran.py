@@ -23,7 +23,7 @@ import numpy as np
 from ffdstudio.errors import InputError
 from ffdstudio.files import read_bytes, write_together
 from ffdstudio.meshes.formats import Progress
-from ffdstudio.meshes.formats.deck import BLANK, WIDTH, Deck, integers, reals
+from ffdstudio.meshes.formats.card_deck import BLANK, WIDTH, Deck, integers, reals
 from ffdstudio.meshes.formats.grids import Grids, grid_fields, plain, sixteen
 from ffdstudio.meshes.formats.patch import changed
 from ffdstudio.meshes.formats.source import Source

@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ffdstudio.errors import InputError
+from ffdstudio.meshes.formats.cgns_nodes import HDF_ERRORS, opened
 from ffdstudio.meshes.formats.source import Source
-from ffdstudio.meshes.formats.tree import HDF_ERRORS, opened
 
 KINDS = {
     1: "i1",

@@ -25,8 +25,8 @@ from ffdstudio.files import read_bytes, remove, write_bytes, write_together
 from ffdstudio.meshes.formats import Progress
 from ffdstudio.meshes.formats.foamfile import FoamFile, dictionary, packed
 from ffdstudio.meshes.formats.foamzones import add_zones
+from ffdstudio.meshes.formats.number_table import pick_numbers
 from ffdstudio.meshes.formats.patch import BinaryTemplate, TextTemplate, warn_if_rounded
-from ffdstudio.meshes.formats.table import pick_numbers
 from ffdstudio.meshes.mesh import Faces, Markers, Mesh, MeshWarning, boundary_faces
 from ffdstudio.meshes.topology import Array, Indices
 

@@ -22,7 +22,7 @@ from numpy.typing import DTypeLike, NDArray
 
 from ffdstudio.errors import InputError
 from ffdstudio.files import write_bytes
-from ffdstudio.meshes.formats.decimals import shortest_texts
+from ffdstudio.meshes.formats.shortest_floats import shortest_texts
 from ffdstudio.meshes.mesh import MeshWarning
 from ffdstudio.meshes.topology import Array, Indices
 

@@ -17,9 +17,9 @@ from typing import NamedTuple
 import numpy as np
 
 from ffdstudio.meshes.formats import Progress
+from ffdstudio.meshes.formats.number_table import pick_anywhere, split_tokens
 from ffdstudio.meshes.formats.patch import BinaryTemplate, TextTemplate
 from ffdstudio.meshes.formats.source import Source
-from ffdstudio.meshes.formats.table import pick_anywhere, split_tokens
 from ffdstudio.meshes.formats.vtkcells import block_cells, offsets_of
 from ffdstudio.meshes.mesh import Markers, Mesh
 from ffdstudio.meshes.topology import Array, Cells, Indices

@@ -17,9 +17,9 @@ import numpy as np
 
 from ffdstudio.files import write_bytes
 from ffdstudio.meshes.formats import Progress
+from ffdstudio.meshes.formats.number_table import line_firsts, pick_numbers, split_tokens
 from ffdstudio.meshes.formats.patch import BinaryTemplate, Edits, TextTemplate, changed, put
 from ffdstudio.meshes.formats.source import Source
-from ffdstudio.meshes.formats.table import line_firsts, pick_numbers, split_tokens
 from ffdstudio.meshes.mesh import Markers, Mesh
 from ffdstudio.meshes.topology import Array, Indices
 

@@ -22,10 +22,10 @@ import numpy as np
 
 from ffdstudio.errors import InputError
 from ffdstudio.meshes.formats import Progress
+from ffdstudio.meshes.formats.number_table import Rows, read_rows
 from ffdstudio.meshes.formats.patch import TextTemplate
 from ffdstudio.meshes.formats.source import Source
 from ffdstudio.meshes.formats.su2_sections import Section, ffd_spans, sections_of, zones_of
-from ffdstudio.meshes.formats.table import Rows, read_rows
 from ffdstudio.meshes.mesh import Markers, Mesh, MeshWarning
 from ffdstudio.meshes.topology import CORNERS, Array, Cells, Indices
 

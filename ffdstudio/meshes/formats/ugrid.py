@@ -18,9 +18,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ffdstudio.meshes.formats import Progress
+from ffdstudio.meshes.formats.number_table import pick_numbers, split_tokens
 from ffdstudio.meshes.formats.patch import BinaryTemplate, TextTemplate
 from ffdstudio.meshes.formats.source import Source
-from ffdstudio.meshes.formats.table import pick_numbers, split_tokens
 from ffdstudio.meshes.mesh import Markers, Mesh
 from ffdstudio.meshes.topology import Cells, Indices
 

@@ -17,9 +17,9 @@ from ffdstudio.errors import InputError
 from ffdstudio.files import write_bytes
 from ffdstudio.meshes.formats import Progress
 from ffdstudio.meshes.formats.normals import WithNormals
+from ffdstudio.meshes.formats.number_table import pick_numbers, split_tokens
 from ffdstudio.meshes.formats.patch import BinaryTemplate, TextTemplate, shortest
 from ffdstudio.meshes.formats.source import Source
-from ffdstudio.meshes.formats.table import pick_numbers, split_tokens
 from ffdstudio.meshes.formats.vtkcells import SIZED, block_cells, cells_of, offsets_of
 from ffdstudio.meshes.mesh import Mesh, Template
 from ffdstudio.meshes.topology import Cells, Indices

@@ -19,8 +19,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from ffdstudio.meshes.formats.number_table import pick_numbers, split_tokens
 from ffdstudio.meshes.formats.source import Source
-from ffdstudio.meshes.formats.table import pick_numbers, split_tokens
 from ffdstudio.meshes.topology import Indices
 
 COMPRESSORS = {"vtkZLibDataCompressor": zlib, "vtkLZMADataCompressor": lzma}

@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ffdstudio.errors import InputError
+from ffdstudio.meshes.measures.incremental import State
 from ffdstudio.meshes.measures.inversion import deformed
 from ffdstudio.meshes.measures.report import Report
-from ffdstudio.meshes.measures.state import State
 from ffdstudio.meshes.mesh import Mesh
 
 _states: WeakKeyDictionary[Mesh, State] = WeakKeyDictionary()

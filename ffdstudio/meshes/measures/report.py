@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
+from ffdstudio.meshes.measures.incremental import State
 from ffdstudio.meshes.measures.solvers import dual_volumes, wrong_pyramids
 from ffdstudio.meshes.measures.standards import LIMITS, MEASURES, Limit
-from ffdstudio.meshes.measures.state import State
 from ffdstudio.meshes.topology import Array, Indices
 
 PERCENTILES = (1, 5, 50, 95, 99)

@@ -12,7 +12,7 @@ import numpy as np
 
 from ffdstudio.meshes.measures.blocks import Block, Blocks
 from ffdstudio.meshes.measures.corners import orientation
-from ffdstudio.meshes.measures.fabric import Fabric
+from ffdstudio.meshes.measures.face_measures import Fabric
 from ffdstudio.meshes.measures.vectors import cross, dot, gathered, pieces, triple
 from ffdstudio.meshes.topology import FACES, Array, Indices
 

@@ -6,7 +6,7 @@
    linear in D as well; cells with one that reaches out of the region of the corners are looked
    at more closely, along the direction asked for (`interior`).
 3. Limits of the solver (`limits`) are evaluated on the cells that the drag strains most
-   (`strained`).
+   (`solver_limits`).
 """
 
 from __future__ import annotations
@@ -25,12 +25,12 @@ from ffdstudio.meshes.measures.vectors import pieces
 from ffdstudio.meshes.mesh import Mesh
 from ffdstudio.meshes.safety.halfspaces import Region, corner_halfspaces
 from ffdstudio.meshes.safety.interior import first_fold
+from ffdstudio.meshes.safety.interior_candidates import Tender
 from ffdstudio.meshes.safety.limits import INVERSION, Limits, Stop
-from ffdstudio.meshes.safety.tender import Tender
 from ffdstudio.meshes.topology import Array
 
 if TYPE_CHECKING:
-    from ffdstudio.meshes.safety.strained import Strained
+    from ffdstudio.meshes.safety.solver_limits import Strained
 
 MARGIN = 1e-3  # an allowed drag ends this fraction before the limit
 PIECE = 16384
@@ -88,7 +88,7 @@ class Guard:
         self._tender = [Tender(x, self._start, self._b, self.region) for x in inside]
         self._strained: Strained | None = None
         if limits != INVERSION:
-            from ffdstudio.meshes.safety.strained import Strained  # loads numba
+            from ffdstudio.meshes.safety.solver_limits import Strained  # loads numba
 
             self._strained = Strained(mesh, start, b, self.region, limits)
 

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ffdstudio.errors import InputError
-from ffdstudio.optimize.contour import Contour, Mask
-from ffdstudio.optimize.nearest import Triangles
+from ffdstudio.optimize.geometry.contour import Contour, Mask
+from ffdstudio.optimize.geometry.nearest import Triangles
 from ffdstudio.optimize.objectives.base import Array, Evaluation
 
 

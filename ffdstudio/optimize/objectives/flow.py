@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ffdstudio.errors import InputError
+from ffdstudio.optimize.flow.panel import PanelFlow, flow_about
 from ffdstudio.optimize.objectives.base import Array, Evaluation
-from ffdstudio.optimize.panel import PanelFlow, flow_about
 
 
 class FlowTarget:

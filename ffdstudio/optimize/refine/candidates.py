@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 
 from ffdstudio.engine.basis import basis
 from ffdstudio.engine.evaluate import support
-from ffdstudio.optimize.level import Level
-from ffdstudio.optimize.rows import free_lines
-from ffdstudio.optimize.space import DesignSpace, Insertion, new_function
+from ffdstudio.optimize.variables.level import Level
+from ffdstudio.optimize.variables.rows import free_lines
+from ffdstudio.optimize.variables.space import DesignSpace, Insertion, new_function
 
 Array = NDArray[np.float64]
 

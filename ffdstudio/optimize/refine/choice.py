@@ -9,12 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ffdstudio.errors import InputError
-from ffdstudio.optimize.level import Level
 from ffdstudio.optimize.methods.problem import worth
 from ffdstudio.optimize.refine.candidates import Candidate, Guards, candidates
 from ffdstudio.optimize.refine.indicators import INDICATORS, GainState
 from ffdstudio.optimize.refine.sensitivity import Sensitivity
-from ffdstudio.optimize.space import Insertion
+from ffdstudio.optimize.variables.level import Level
+from ffdstudio.optimize.variables.space import Insertion
 
 Array = NDArray[np.float64]
 

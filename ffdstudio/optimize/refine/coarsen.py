@@ -11,10 +11,10 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from ffdstudio.optimize.level import Level
 from ffdstudio.optimize.refine.relocate import nearest_level, with_knots
 from ffdstudio.optimize.refine.sensitivity import Sensitivity, Wanted
-from ffdstudio.optimize.space import DesignSpace, Insertion
+from ffdstudio.optimize.variables.level import Level
+from ffdstudio.optimize.variables.space import DesignSpace, Insertion
 
 Array = NDArray[np.float64]
 

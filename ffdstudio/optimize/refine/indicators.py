@@ -22,9 +22,9 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from ffdstudio.optimize.level import Level
 from ffdstudio.optimize.refine.candidates import Candidate, own_knots
 from ffdstudio.optimize.refine.sensitivity import Sensitivity
+from ffdstudio.optimize.variables.level import Level
 
 Array = NDArray[np.float64]
 

@@ -14,12 +14,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ffdstudio.engine import Lattice
-from ffdstudio.optimize.level import Level
 from ffdstudio.optimize.refine.candidates import Guards, beside, blocks_of, candidates
 from ffdstudio.optimize.refine.indicators import GainState
 from ffdstudio.optimize.refine.sensitivity import Sensitivity, Wanted
-from ffdstudio.optimize.rows import row_basis
-from ffdstudio.optimize.space import DesignSpace, Insertion
+from ffdstudio.optimize.variables.level import Level
+from ffdstudio.optimize.variables.rows import row_basis
+from ffdstudio.optimize.variables.space import DesignSpace, Insertion
 
 Array = NDArray[np.float64]
 

@@ -17,8 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ffdstudio.errors import InputError
-from ffdstudio.optimize.level import Level
-from ffdstudio.optimize.metrics import Whitening
+from ffdstudio.optimize.variables.level import Level
+from ffdstudio.optimize.variables.metrics import Whitening
 
 Array = NDArray[np.float64]
 

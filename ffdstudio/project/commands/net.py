@@ -21,7 +21,7 @@ from ffdstudio.project.commands.base import (
     where,
 )
 from ffdstudio.project.model import Index, Model
-from ffdstudio.project.sliding import planes_in, slid
+from ffdstudio.project.plane_constraints import planes_in, slid
 
 DIRECTIONS = "ijk"
 

@@ -1,0 +1,1 @@
+"""Fits: one shape brought to another."""

@@ -1,0 +1,1 @@
+"""The flow about a section, and pressures to match."""

@@ -1,0 +1,1 @@
+"""Sections and surfaces that are optimized, and distances to targets."""

@@ -1,0 +1,358 @@
+"""One run of a study: from level to level, each trial recorded.
+
+1. A method is ended by an exception at one of its reports or evaluations: a refinement is due,
+   the budget is spent, the user stops. What was reached is never lost.
+2. The matrices are small: BLAS on one thread is faster, and by a factor of ten where other
+   processes want the cores as well.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ffdstudio.engine import Lattice
+from ffdstudio.optimize.budget import BudgetSpent, Counts
+from ffdstudio.optimize.control import Stopped
+from ffdstudio.optimize.flow.panel import forget_flows
+from ffdstudio.optimize.methods.problem import (
+    CONVERGED,
+    STALLED,
+    Memory,
+    Trial,
+    carried_directions,
+    worth,
+)
+from ffdstudio.optimize.objectives.base import Stoppable
+from ffdstudio.optimize.objectives.remembered import EvaluationError
+from ffdstudio.optimize.refine.choice import choose, due, limit, rank
+from ffdstudio.optimize.refine.coarsen import coarsened
+from ffdstudio.optimize.refine.relocate import relocated
+from ffdstudio.optimize.runs.interruptions import Over, asking
+from ffdstudio.optimize.runs.record import History, Log, Record, pack
+from ffdstudio.optimize.runs.solver import LevelProblem
+from ffdstudio.optimize.variables.level import Body, Level
+from ffdstudio.optimize.variables.space import DesignSpace, Insertion
+from ffdstudio.optimize.variables.weights import first_level
+
+if TYPE_CHECKING:
+    from ffdstudio.optimize.runs.study import Study
+
+Array = NDArray[np.float64]
+Listener = Callable[[Record], None]
+DUE = "refinement due"
+ON_A_LEVEL = (CONVERGED, STALLED, DUE)  # more can be had from another level only
+ENDED_WELL = (CONVERGED, STALLED, "tolerance reached")
+ALLOWED = 1e-6  # violation of a constraint that counts as met at the end
+MET = 1e-8  # violation of a constraint that a coarser lattice may have
+
+
+class _RefinementDue(Exception):
+    """A trigger asks for a cycle of refinement."""
+
+
+class _Kept(NamedTuple):
+    """What to go back to."""
+
+    level: Level
+    best: Trial
+    inserted: list[Insertion]
+    problem: LevelProblem
+
+
+class Run:
+    """One run of a study; `to_the_end` does it."""
+
+    def __init__(self, study: Study, history: History, listener: Listener | None) -> None:
+        self.task, self.refinement, self.budget = study.task, study.refinement, study.budget
+        self.study, self.history = study, history
+        self._log = Log(study.folder, study.resume)
+        if isinstance(self.task.objective, Stoppable):
+            self.task.objective.stopped = study.control.stopping
+        self._listener, self._began = listener, time.perf_counter()
+        body = Body(self.task.embedding, self.task.surface, self.task.metric)
+        self.level = first_level(body, self.task.rules, self.task.current, self.task.knots)
+        self._number, self._iteration = 0, 0
+        self.counts, self.memory = Counts(), Memory()
+        self._inserted, self._growing = list(self.task.knots), True
+        self._reached: Trial | None = None
+        self._limit = ""
+        self.best: Trial
+
+    def to_the_end(self) -> None:
+        """Run until the study has ended or is stopped."""
+        from threadpoolctl import threadpool_limits  # type: ignore[import-untyped]
+
+        forget_flows()
+        try:
+            with threadpool_limits(1, user_api="blas"):  # see 2
+                note = self._coarsened(self._levels_or_over())
+        finally:
+            self._log.close()
+        best, note = self.best, self._in_full(note)
+        self._record("end", best.value, y=self._y(best.z), note=note)
+        self._log.close()
+
+    def _levels_or_over(self) -> str:
+        try:
+            return self._levels()
+        except Over as over:
+            return self._ended(str(over))
+
+    def _levels(self) -> str:
+        """Go from level to level; returns why the study ended."""
+        kept: _Kept | None = None
+        while True:
+            note, over = self._one_level(), True
+            if _kind(note) in ON_A_LEVEL and kept is None:
+                over = not self._refine()
+            if (
+                over
+                and kept is not None
+                and self.problem.merit(kept.best) < self.problem.merit(self.best)
+            ):
+                self._go_back(kept)
+            if not over:
+                continue
+            if kept is None and _kind(note) in ON_A_LEVEL and self._inserted:
+                kept = self._relocate()
+                if kept is not None:
+                    continue
+            return self._ended(CONVERGED if note == DUE else note)
+
+    def _in_full(self, note: str) -> str:
+        """Why the study ended, with constraints that are not met and a guard that ended growth."""
+        if self._violation() > ALLOWED:
+            if note == CONVERGED and self.problem.constrained:
+                note = STALLED
+            note += "; constraints not met"
+        return f"{note}; {self._limit}" if self._limit else note
+
+    def _coarsened(self, note: str) -> str:
+        """Remove knots as long as the cost allows it; returns why the study ended."""
+        settings = self.refinement
+        if settings is None or settings.coarsen is None or _kind(note) not in ENDED_WELL:
+            return note
+        self._growing = False
+        merit = self.problem.merit(self.best)
+        allowed = merit + settings.coarsen * self._worth(merit)
+        allowed = max(allowed, self.budget.tolerance or 0.0)
+        violation = max(MET, self._violation())
+        while self._inserted:
+            kept = self._kept()
+            ended = self._remove()
+            merit = self.problem.merit(self.best)
+            if _kind(ended) in ENDED_WELL and merit <= allowed and self._violation() <= violation:
+                self._ended(ended)
+                continue
+            self._go_back(kept)
+            return self._ended(note if _kind(ended) in ENDED_WELL else ended)
+        return note
+
+    def _remove(self) -> str:
+        """Remove a knot and run the method; returns why that ended."""
+        first, z = DesignSpace.of(self.task.embedding.lattice, self.task.rules), self.best.z
+        try:
+            with asking():
+                sensitivity = self.problem.sensitivity(self.best)
+                self.level, gone = coarsened(first, self._inserted, self.level, sensitivity, z)
+        except Over as over:
+            return str(over)
+        self._inserted = [c for c in self._inserted if c is not gone]
+        self._begin_anew(f"removed: {_told(gone)}")
+        return self._one_level()
+
+    def _worth(self, merit: float) -> float:
+        first = self.history.iterates[0].cost
+        return abs(merit) if self.problem.largest else worth(merit, first)
+
+    def _violation(self) -> float:
+        points = self.level.at(self.best.z)
+        return max(self.problem.slacks.violations(points).values(), default=0.0)
+
+    def _kept(self) -> _Kept:
+        return _Kept(self.level, self.best, self._inserted, self.problem)
+
+    def _go_back(self, kept: _Kept) -> None:
+        self.level, self.best, self._inserted, self.problem = kept
+
+    def _begin_anew(self, note: str) -> None:
+        """Record a level that does not hold the shape before: nothing is carried into it."""
+        self.memory, self._number, self._reached = Memory(), self._number + 1, None
+        lattice = self.level.space.lattice
+        self._record("refinement", self.best.value, note=note, lattice=lattice)
+
+    def _one_level(self) -> str:
+        """Run the method on the present level; returns what ended it."""
+        try:
+            start = self._open_level()
+            return self.study.method(self.problem, start, self.memory)
+        except _RefinementDue:
+            return DUE
+        except BudgetSpent as spent:
+            return str(spent)
+        except Stopped:
+            if not self.history.iterates:
+                raise EvaluationError("stopped before the start was evaluated") from None
+            return "stopped"
+        except EvaluationError as failed:
+            if not self.history.iterates:
+                raise
+            return f"failed: {failed}"
+
+    def _relocate(self) -> _Kept | None:
+        """Move the inserted knots; returns what to go back to if that does not help."""
+        settings, kept = self.refinement, self._kept()
+        if settings is None or not settings.relocate:
+            return None
+        first, z = DesignSpace.of(self.task.embedding.lattice, self.task.rules), self.best.z
+        with asking():
+            sensitivity = self.problem.sensitivity(self.best)
+            self.level, self._inserted = relocated(
+                first, self._inserted, self.level, sensitivity, z, settings.guards
+            )
+        self._begin_anew("relocated: " + ", ".join(_told(c) for c in self._inserted))
+        return kept
+
+    def _ended(self, note: str) -> str:
+        last = self.history.iterates[-1]
+        if self.best is not self._last or last.level != self._number:
+            self._iterate(self.best)  # what a stopped line search had found, or was better before
+        return note
+
+    def _open_level(self) -> Array:
+        self._values: list[float] = []
+        self.problem = LevelProblem(self.level, self.task, self.counts, self.study.method_name)
+        self.problem.on_trial = self._evaluated
+        self.problem.on_report = self._reported
+        self.problem.on_difference = self._differenced
+        self.problem.budget = self.budget
+        self.best = self.problem.start(self._reached)
+        if self._number == 0:
+            self._iterate(self.best)
+            self.study.control.check()
+        self._values = [self.best.value]
+        if self._number == 0 and not self.task.constraints:
+            self.budget.check_cost(self.best.value)
+        return self.best.z
+
+    def _refine(self) -> list[Insertion]:
+        settings = self.refinement
+        if settings is None or self.level.space.size >= settings.variables:
+            return []
+        z = self.best.z
+        with asking():
+            sensitivity = self.problem.sensitivity(self.best)
+            chosen = choose(self.level, sensitivity, settings, self._worth(self.best.value))
+        self._limit = "" if chosen else limit(self.level, settings)
+        self._inserted = [*self._inserted, *chosen]
+        if chosen:
+            self.level, carried = self.level.refined(chosen, z)
+            self._reached = self.best
+            self._carry(carried)
+            self._number += 1
+            note = ", ".join(_told(c) for c in chosen)
+            lattice = self.level.space.lattice
+            self._record("refinement", self.best.value, note=note, lattice=lattice)
+        return chosen
+
+    def _carry(self, matrix: Array) -> None:
+        """Take the memory into the finer space: steps by insertion, gradients by pulling back."""
+        if not self.study.carry_memory:
+            self.memory = Memory()
+            return
+        pairs: list[tuple[Array, Array, Array | None]] = [
+            (matrix @ s, self.level.pull(surface), surface)
+            for s, _, surface in self.memory.pairs
+            if surface is not None
+        ]
+        plain = self.task.metric == "none"
+        directions = (None, None) if plain else carried_directions(self.memory, matrix)
+        known = self.memory
+        self.memory = Memory(pairs, *directions, scale=known.scale, steepest=known.steepest)
+        self.memory.highest, self.memory.fall = known.highest, known.fall
+
+    # ---- what the problem tells -------------------------------------------------------------
+
+    def _evaluated(self, trial: Trial) -> None:
+        gradient = np.nan if trial.gradient is None else float(np.linalg.norm(trial.gradient))
+        self._record("evaluation", trial.value, gradient, y=self._y(trial.z))
+        if self.problem.better(trial, getattr(self, "best", trial)):
+            self.best = trial
+        if self.history.iterates:  # where the study began is always an iterate
+            self.study.control.check()
+
+    def _differenced(self, y: list[float], cost: float) -> None:
+        self._record("evaluation", cost, y=y)
+        if self.history.iterates:
+            self.study.control.check()
+
+    def _reported(self, trial: Trial) -> None:
+        self.best = trial
+        self._iteration += 1
+        self._iterate(trial)
+        self._values.append(trial.value)
+        self.study.control.wait()
+        self.budget.check_iterate(self._iteration, trial.value)
+        if self._refinement_due(trial):
+            raise _RefinementDue
+
+    def _refinement_due(self, trial: Trial) -> bool:
+        settings = self.refinement
+        full = settings is None or self.level.space.size >= settings.variables
+        if settings is None or full or not self._growing:
+            return False
+
+        first = self.history.iterates[0].cost
+
+        def best_gain() -> float:
+            return rank(self.level, self.problem.sensitivity(trial), settings).best
+
+        return due(settings, len(self._values) - 1, self._values, first, trial.gradient, best_gain)
+
+    def _iterate(self, trial: Trial) -> None:
+        lattice = self.level.space.at(self.level.white.matrix @ trial.z)
+        gradient = np.nan if trial.gradient is None else float(np.linalg.norm(trial.gradient))
+        measures = dict(self.problem.measures)
+        if self.task.monitor is not None:
+            measures |= self.task.monitor(lattice)
+        self._last = trial
+        self._record("iterate", trial.value, gradient, self._y(trial.z), measures, lattice)
+
+    def _y(self, z: Array) -> list[float]:
+        return list((self.level.white.matrix @ z).tolist())
+
+    def _record(
+        self,
+        kind: str,
+        cost: float,
+        gradient: float = np.nan,
+        y: list[float] | None = None,
+        measures: dict[str, float] | None = None,
+        lattice: Lattice | None = None,
+        note: str = "",
+    ) -> None:
+        record = Record(
+            kind, self.counts.evaluations, self._iteration, self._number, self.level.space.size,
+            float(cost), gradient, self.counts.flow, self.counts.adjoint,
+            self._log.elapsed + time.perf_counter() - self._began, y or [], measures or {},
+            None if lattice is None else pack(lattice), note,
+        )  # fmt: skip
+        self._log.add(record)
+        self.history.records.append(record)
+        if self._listener is not None:
+            self._listener(record)
+
+
+def _kind(note: str) -> str:
+    """What a method returned, without its reason."""
+    return note.partition(":")[0]
+
+
+def _told(new: Insertion) -> str:
+    where = "" if new.line is None else f" in line {new.line}"
+    return f"{'ijk'[new.axis]} = {new.knot:.6g}{where}"

@@ -1,0 +1,157 @@
+"""A study: an objective, variables, a method and a refinement, run and recorded.
+
+1. `run` works in any thread or process and tells a callback of each record; `pause`, `step`
+   and `stop` may be called from another thread, for example the window's.
+2. A study with a folder resumes by being run again: see `record`. What one run does is in `run`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from ffdstudio.engine import Lattice
+from ffdstudio.engine.embedding import Embedding
+from ffdstudio.errors import InputError
+from ffdstudio.optimize.constraints import Constraint
+from ffdstudio.optimize.control import Control
+from ffdstudio.optimize.methods import method
+from ffdstudio.optimize.objectives.base import Objective
+from ffdstudio.optimize.refine.choice import Refinement
+from ffdstudio.optimize.runs.record import History
+from ffdstudio.optimize.runs.run import Listener, Run
+from ffdstudio.optimize.runs.solver import Budget
+from ffdstudio.optimize.variables.metrics import Surface
+from ffdstudio.optimize.variables.rules import Rules
+from ffdstudio.optimize.variables.space import Insertion
+
+Monitor = Callable[[Lattice], dict[str, float]]
+
+
+@dataclass
+class Task:
+    """What is optimized.
+
+    Attributes
+    ----------
+    objective : Objective
+    embedding : Embedding
+        The points that the objective sees, in the lattice at rest.
+    surface : Surface
+        How they are connected.
+    rules : Rules
+    current : Lattice, optional
+        Where the lattice is when the study begins; at rest by default.
+    knots : sequence of Insertion
+        Knots to insert before the study begins; a relocation may move them.
+    metric : {"h1", "l2", "none"}
+    constraints : sequence of Constraint
+    penalty : float
+        Factor of half the squared violation, for methods that know no constraints.
+    monitor : callable, optional
+        Figures for the record from the current lattice.
+    """
+
+    objective: Objective
+    embedding: Embedding
+    surface: Surface
+    rules: Rules = field(default_factory=Rules)
+    current: Lattice | None = None
+    knots: Sequence[Insertion] = ()
+    metric: str = "h1"
+    constraints: Sequence[Constraint] = ()
+    penalty: float = 1e3
+    monitor: Monitor | None = None
+
+
+class Study:
+    """Runs a task and records it.
+
+    Parameters
+    ----------
+    task : Task
+    method : str
+        One of `ffdstudio.optimize.methods.METHODS`.
+    refinement : Refinement, optional
+        Without it the lattice stays as it is.
+    budget : Budget, optional
+    carry_memory : bool
+        Whether the quasi-Newton memory outlives refinements.
+    folder : path, optional
+        Where the log goes.
+    resume : bool
+        Go on where the log in that folder ends, instead of beginning anew.
+
+    Raises
+    ------
+    InputError
+        If a refinement is asked for with weights as variables.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import ffdstudio as ffd
+    >>> from ffdstudio.optimize.objectives.distance import PointDistance
+    >>> points = np.column_stack([np.linspace(0, 1, 41), np.zeros(41), np.zeros(41)])
+    >>> target = points + np.column_stack([0 * points[:, 0], points[:, 0] ** 2, points[:, 0] * 0])
+    >>> box = ffd.Lattice.box([0, -1, 0], [1, 1, 0], shape=(5, 2))
+    >>> embedding = ffd.embed(box, points)
+    >>> task = Task(PointDistance(target), embedding, Surface.curve(points))
+    >>> bool(Study(task, "gauss-newton").run().iterates[-1].cost < 1e-25)
+    True
+    """
+
+    def __init__(
+        self,
+        task: Task,
+        method_name: str = "lbfgs",
+        refinement: Refinement | None = None,
+        budget: Budget | None = None,
+        carry_memory: bool = True,
+        folder: str | Path | None = None,
+        resume: bool = False,
+    ) -> None:
+        if refinement is not None and task.rules.weights is not None:
+            raise InputError("weights are variables only without a refinement")
+        self.task, self.refinement, self.budget = task, refinement, budget or Budget()
+        self.method = method(method_name)
+        self.method_name = method_name
+        self.carry_memory = carry_memory
+        self.folder, self.resume = None if folder is None else Path(folder), resume
+        self.history = History()
+        self.control = Control()
+
+    def pause(self) -> None:
+        """Wait at the next iterate."""
+        self.control.pause()
+
+    def proceed(self) -> None:
+        """Go on after a pause."""
+        self.control.proceed()
+
+    def step(self) -> None:
+        """Go on for one iterate."""
+        self.control.step()
+
+    def stop(self) -> None:
+        """End at the next evaluation; the study can be resumed."""
+        self.control.stop()
+
+    def run(self, listener: Listener | None = None) -> History:
+        """Run until it has ended or is stopped; returns the history.
+
+        Raises
+        ------
+        InputError
+            If the objective fails at the start, or the log cannot be written.
+        """
+        self.history = History()
+        try:
+            Run(self, self.history, listener).to_the_end()
+        finally:
+            self.control.ended()
+        return self.history
+
+
+__all__ = ["Budget", "InputError", "Listener", "Refinement", "Rules", "Study", "Surface", "Task"]

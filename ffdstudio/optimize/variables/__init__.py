@@ -1,0 +1,1 @@
+"""Design variables: what may move, in which directions, whitened by a metric."""

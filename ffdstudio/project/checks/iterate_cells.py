@@ -1,0 +1,46 @@
+"""Inverted cells of an iterate that is shown but not yet an edit: work for a worker."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ffdstudio.project.running import Progress, no_progress
+from ffdstudio.project.view.volume import countable
+
+if TYPE_CHECKING:
+    from ffdstudio.engine import Lattice
+    from ffdstudio.project.document import Document
+    from ffdstudio.project.followers import Follower
+    from ffdstudio.project.model import Body, LatticeItem, Model
+
+
+def checkable(document: Document) -> list[Body]:
+    """Bodies whose cells can be inverted."""
+    return [body for body in document.model.bodies if countable(body.mesh)]
+
+
+def count_inverted(
+    bodies: list[tuple[Body, Follower]],
+    before: Model,
+    item: LatticeItem,
+    current: Lattice,
+    rest: Lattice,
+    progress: Progress = no_progress,
+) -> int | None:
+    """Count the cells that a state of a lattice inverts; None if that cannot be said.
+
+    `rest` is the lattice at rest in the space of that state; both may be refinements.
+
+    The embeddings of the document are asked, and nothing is added to them for the iterate:
+    scrubbing would throw out those of the lattice as it is.
+    """
+    from ffdstudio.meshes import inverted
+
+    steps, total = before.steps, 0
+    if item not in steps or any(later.deformed for later in steps[steps.index(item) + 1 :]):
+        return None
+    for body, nodes in bodies:
+        embedding = nodes.bound(steps, item.key, progress)[0]
+        finer = embedding if rest is item.rest else embedding.refined(rest)
+        total += int(inverted(body.mesh, finer.deform(current)).count)
+    return total

@@ -1,0 +1,1 @@
+"""What a document reads and writes: projects, meshes, lattices, journal, recovery."""

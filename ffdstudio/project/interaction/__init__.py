@@ -1,0 +1,1 @@
+"""Mouse and keys over the viewport as pure functions: tools, gestures, selection."""

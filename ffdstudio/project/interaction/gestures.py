@@ -1,0 +1,216 @@
+"""The gestures that change a lattice, as generators over the document fed with events.
+
+1. Each begins an `Edit`, takes events until it ends, and commits or aborts: one drag, one
+   entry in the history. `Tools` drives them.
+2. Release, Return and loss of focus commit; Esc, the right button and ``cancel`` abort.
+3. X, Y, Z lock to an axis, with Shift to the plane of the two others; the same again frees.
+   What is flat stays in its plane: a lock that leads out of it is none.
+4. If somebody else ends the edit (an action, undo), the gesture is over.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Generator
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ffdstudio.project.edit import Edit
+from ffdstudio.project.interaction.dragging import Lock, displacement, snap_step
+from ffdstudio.project.interaction.events import PointerEvent
+from ffdstudio.project.interaction.feedback import OCTAVE, Feedback, vector_text
+from ffdstudio.project.interaction.flatness import within
+from ffdstudio.project.interaction.spread import Soft
+from ffdstudio.project.interaction.transforms import rotation, scaling
+
+if TYPE_CHECKING:
+    from ffdstudio.project.interaction.tools import Tools
+
+Array = NDArray[np.float64]
+Gesture = Generator[None, PointerEvent, None]
+LIGHTEST, HEAVIEST = 1e-3, 1e3
+ANGLE_STEP, SCALE_STEP, WEIGHT_STEP = 5.0, 0.1, 0.1
+WHEEL = 1.1
+
+
+@dataclass
+class Stroke:
+    """A gesture under way: the event it began with, the latest one, the lock."""
+
+    tools: Tools
+    edit: Edit
+    press: PointerEvent
+    last: PointerEvent
+    lock: Lock | None = None
+
+    def run(self, update: Callable[[], Feedback], wheel: Callable[[float], None]) -> Gesture:
+        """Update after each event until the gesture ends."""
+        try:
+            while self.tools.document.editing is self.edit:
+                self.tools.show(update())
+                event = yield
+                if _aborts(event):
+                    self.edit.abort()
+                elif _commits(event):
+                    self.edit.commit()
+                elif event.kind == "wheel":
+                    wheel(event.steps)
+                else:
+                    self.take(event)
+        except BaseException:
+            self.edit.abort()
+            raise
+
+    def take(self, event: PointerEvent) -> None:
+        """Take note of where the cursor is, of modifiers and of keys that lock."""
+        if event.kind == "key" and event.key in ("X", "Y", "Z"):
+            number, plane = "XYZ".index(event.key), self.tools.plane
+            wanted = within(Lock.without(number) if event.shift else Lock.axis(number), plane)
+            if wanted is not None:
+                self.lock = plane if self.lock == wanted else wanted
+        elif event.kind == "move":
+            self.last = event
+        elif event.kind == "key":  # Shift or Ctrl went down or up
+            self.last = replace(self.last, shift=event.shift, ctrl=event.ctrl)
+
+
+def _aborts(event: PointerEvent) -> bool:
+    right = event.happened("press", "right")
+    return right or event.happened("key", "Escape") or event.kind == "cancel"
+
+
+def _commits(event: PointerEvent) -> bool:
+    left = event.happened("release", "left")
+    return left or event.happened("key", "Return") or event.kind == "lost"
+
+
+def _no_wheel(steps: float) -> None:
+    """Take no notice."""
+
+
+# ---- moving, turning, scaling -----------------------------------------------------------
+
+
+def move(tools: Tools, press: PointerEvent, event: PointerEvent, anchor: Array) -> Gesture:
+    """Drag the selected points, and what goes with them, by the one at `anchor`."""
+    spread, edit = tools.begin()
+    stroke = Stroke(tools, edit, press, event, tools.plane)
+    soft = tools.options.soft
+
+    def update() -> Feedback:
+        last = stroke.last
+        step = snap_step(press.camera, anchor) if last.ctrl else 0.0
+        way = (anchor, press.at, last.at, stroke.lock, last.shift, step)
+        vector = displacement(press.camera, *way)
+        same = edit.along(vector) if spread.plain else None
+        verdict = None if same is None else tools.judge(edit, same)
+        if verdict is not None:
+            vector = verdict.vector
+            edit.translate(vector)
+        else:
+            edit.place(spread.place(edit.start, lambda points: points + vector))
+        radius = 0.0 if soft is None else soft.radius
+        text = vector_text(vector, stroke.lock)
+        return Feedback(text, last.at, None, anchor, stroke.lock, radius, verdict)
+
+    def wheel(steps: float) -> None:
+        nonlocal spread, soft
+        if soft is not None:
+            soft = Soft(soft.radius * WHEEL**steps, soft.profile)
+            tools.options = replace(tools.options, soft=soft)
+            spread = tools.spread(edit.item)
+
+    yield from stroke.run(update, wheel)
+
+
+def turn(tools: Tools, press: PointerEvent, event: PointerEvent, pivot: Array) -> Gesture:
+    """Rotate the selected points about a pivot, round the view or a locked axis."""
+
+    def transform(stroke: Stroke) -> tuple[Callable[[Array], Array], str]:
+        angle = _angle(press, stroke.last, pivot)
+        axis = -press.camera.forward  # towards the viewer: anticlockwise as seen
+        lock = tools.plane or stroke.lock  # what is flat turns in its plane only
+        if lock is not None:
+            along = np.array(lock.direction)
+            axis, angle = along, angle if along @ axis >= 0 else -angle
+        if stroke.last.shift:
+            angle *= 0.1
+        if stroke.last.ctrl:
+            angle = round(angle / ANGLE_STEP) * ANGLE_STEP
+        return rotation(axis, angle, pivot), f"{angle:.4g}°"
+
+    yield from _transformed(tools, press, event, pivot, transform)
+
+
+def scale(tools: Tools, press: PointerEvent, event: PointerEvent, pivot: Array) -> Gesture:
+    """Scale the selected points about a pivot, in all directions or as locked."""
+
+    def transform(stroke: Stroke) -> tuple[Callable[[Array], Array], str]:
+        factor = _ratio(press, stroke.last, pivot)
+        if stroke.last.shift:
+            factor = 1 + 0.1 * (factor - 1)
+        if stroke.last.ctrl:
+            factor = round(factor / SCALE_STEP) * SCALE_STEP
+        factors = np.full(3, factor)
+        if stroke.lock is not None:
+            along = np.abs(stroke.lock.direction) > 0.5
+            factors = np.where(along != stroke.lock.plane, factor, 1.0)
+        return scaling(factors, pivot), f"× {factor:.4g}"
+
+    yield from _transformed(tools, press, event, pivot, transform)
+
+
+def _transformed(
+    tools: Tools,
+    press: PointerEvent,
+    event: PointerEvent,
+    pivot: Array,
+    transform: Callable[[Stroke], tuple[Callable[[Array], Array], str]],
+) -> Gesture:
+    spread, edit = tools.begin()
+    stroke = Stroke(tools, edit, press, event, tools.plane)
+
+    def update() -> Feedback:
+        moved, text = transform(stroke)
+        edit.place(spread.place(edit.start, moved))
+        return Feedback(text, stroke.last.at, anchor=pivot, lock=stroke.lock)
+
+    yield from stroke.run(update, _no_wheel)
+
+
+def _arms(press: PointerEvent, last: PointerEvent, pivot: Array) -> tuple[Array, Array]:
+    """From the pivot to where the drag began and to the cursor, pixels with y up."""
+    centre = press.camera.project(pivot)[0]
+    return (np.array(press.at) - centre) * [1, -1], (np.array(last.at) - centre) * [1, -1]
+
+
+def _angle(press: PointerEvent, last: PointerEvent, pivot: Array) -> float:
+    (ax, ay), (bx, by) = _arms(press, last, pivot)
+    return float(np.degrees(np.arctan2(ax * by - ay * bx, ax * bx + ay * by)))
+
+
+def _ratio(press: PointerEvent, last: PointerEvent, pivot: Array) -> float:
+    begin, now = _arms(press, last, pivot)
+    return float(np.linalg.norm(now)) / max(float(np.linalg.norm(begin)), 1.0)
+
+
+# ---- weights ----------------------------------------------------------------------------
+
+
+def weigh(tools: Tools, press: PointerEvent, event: PointerEvent) -> Gesture:
+    """Drag the handle of a weight: all selected weights are multiplied alike."""
+    edit = tools.document.edit()
+    stroke = Stroke(tools, edit, press, event)
+
+    def update() -> Feedback:
+        up = (press.y - stroke.last.y) * (0.1 if stroke.last.shift else 1.0)
+        weights = edit.weights * 2.0 ** (up / OCTAVE)
+        if stroke.last.ctrl:
+            weights = np.maximum(np.round(weights / WEIGHT_STEP), 1) * WEIGHT_STEP
+        weights = np.clip(weights, LIGHTEST, HEAVIEST)
+        edit.weigh(weights)
+        return Feedback(f"w {weights[0]:.4g}", stroke.last.at)
+
+    yield from stroke.run(update, _no_wheel)

@@ -1,0 +1,80 @@
+"""Where a refinement would pay: the indicator of each knot interval, for the eye."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ffdstudio.optimize.refine.candidates import candidates
+from ffdstudio.optimize.refine.choice import Refinement
+from ffdstudio.optimize.refine.indicators import INDICATORS
+from ffdstudio.optimize.runs.solver import Counts, LevelProblem
+from ffdstudio.optimize.variables.level import Body as Shape
+from ffdstudio.optimize.variables.level import Level
+from ffdstudio.optimize.variables.space import DesignSpace
+from ffdstudio.project.model import LatticeItem, Model
+from ffdstudio.project.studies.plan import Plan
+from ffdstudio.project.studies.task import task_of
+
+
+@dataclass(frozen=True)
+class Bar:
+    """One knot interval.
+
+    Attributes
+    ----------
+    axis : int
+    low, high : float
+        Ends of the interval.
+    knot : float or None
+        The best place in it; None where the guards allow none.
+    score : float
+        What the indicator says of that place.
+    """
+
+    axis: int
+    low: float
+    high: float
+    knot: float | None
+    score: float
+
+
+def bars(plan: Plan, model: Model, item: LatticeItem) -> list[Bar]:
+    """Indicator of all knot intervals of a lattice as it is; the shape is evaluated once.
+
+    Raises
+    ------
+    InputError
+        As `task_of`.
+    """
+    axes = tuple(range(item.rest.dimension))
+    settings = Refinement(plan.indicator or "gain", axes, variables=2**31)
+    task, _ = task_of(replace(plan, lattice=item.key), model, item)
+    space = DesignSpace.of(item.rest, task.rules, task.current)
+    level = Level.first(Shape(task.embedding, task.surface, task.metric), space)
+    method = "lbfgs" if plan.method == "minimax" else plan.method
+    problem = LevelProblem(level, task, Counts(), method)
+    found = candidates(level, axes, settings.positions, False, settings.guards)
+    scores = np.zeros(0)
+    if found:
+        sensitivity = problem.sensitivity(problem.gradient(np.zeros(level.size)))
+        scores = INDICATORS[settings.indicator](level, sensitivity, found)
+        scores = scores / [c.size for c in found]
+    best: dict[tuple[int, int], tuple[float, float]] = {}
+    for candidate, score in zip(found, scores.tolist(), strict=True):
+        place, knot = (candidate.insertion.axis, candidate.span), candidate.insertion.knot
+        best[place] = max(best.get(place, (-1.0, 0.0)), (float(score), knot))
+    return [bar for axis in axes for bar in _of_axis(item, axis, best)]
+
+
+def _of_axis(
+    item: LatticeItem, axis: int, best: dict[tuple[int, int], tuple[float, float]]
+) -> list[Bar]:
+    knots, made = item.rest.knots[axis], []
+    ends = np.unique(knots)
+    for low, high in zip(ends[:-1].tolist(), ends[1:].tolist(), strict=True):
+        span = int(np.searchsorted(knots, 0.5 * (low + high)))
+        score, knot = best.get((axis, span), (0.0, None))
+        made.append(Bar(axis, low, high, knot, score))
+    return made

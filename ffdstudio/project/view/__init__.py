@@ -1,0 +1,1 @@
+"""What is shown of bodies and sections, computed without any graphics."""
