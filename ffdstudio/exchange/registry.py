@@ -35,7 +35,7 @@ class Format:
 
 
 FORMATS = (
-    Format("ours", "FFD Studio lattice", (".lattice.json",)),
+    Format("native", "FFD Studio lattice", (".lattice.json",)),
     Format("geomdl", "geomdl JSON", (".geomdl.json",)),
     Format("splinepy", "splinepy JSON", (".splinepy.json",)),
     Format("plot3d", "PLOT3D (pyGeo)", (".xyz", ".fmt")),
@@ -166,7 +166,7 @@ def write_lattice(
     row = _named(target)
     for option in options.keys() - set(row.options):
         raise InputError(f"{target}: {row.title} has no option {option}")
-    if row.module != "ours":
+    if row.module != "native":
         options["adapt"] = adapt
     result: Exactness = row.load().write(target, content, **options)
     return result

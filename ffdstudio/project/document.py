@@ -151,7 +151,7 @@ class Document:
         self.history.push(Entry(command, command.label(before), before, after))
         self.journal.record(command)
         if self.editing is None:
-            self._become(after)
+            self._set_model(after)
         else:
             self.editing.go_on_from(after)
             self.structure_changed.emit()
@@ -177,7 +177,7 @@ class Document:
             return
         model = self.history.at(position)
         self.journal.record(position)
-        self._become(model)
+        self._set_model(model)
         self.history_changed.emit()
 
     def edit(self, points: Iterable[Index] | None = None) -> Edit:
@@ -337,7 +337,7 @@ class Document:
         self.editing, self.path, self.sections = None, path, sections
         self.history, self.journal = History(), Journal(list(commands_of(model)))
         self._packs = any(body.packed is not None for body in model.bodies)
-        self._become(model)
+        self._set_model(model)
         self.saved(model if saved else Model())
 
     def clear(self) -> None:
@@ -349,7 +349,7 @@ class Document:
         self._saved = model
         self.history_changed.emit()
 
-    def meet(self, opened: Opened) -> None:
+    def register_surface(self, opened: Opened) -> None:
         """Take over the surface of a mesh that a worker has worked out."""
         assert opened.command.mesh is not None
         self._displays.surfaces[opened.command.mesh] = opened.surface
@@ -372,7 +372,7 @@ class Document:
             self._stale = True
             self.moving.emit()
 
-    def _become(self, model: Model) -> None:
+    def _set_model(self, model: Model) -> None:
         """Take another model; when views are told, everything fits together already."""
         before, self.model, self._stale = self.model, model, False
         kept = self.selection if _same_net(before, model) else frozenset()

@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 from ffdstudio.engine import Lattice
 from ffdstudio.project.commands import MovePoints, SetWeights
 from ffdstudio.project.commands.base import Command, numbers
-from ffdstudio.project.followers import Follower, Hold
+from ffdstudio.project.followers import DragFollower, Follower
 from ffdstudio.project.model import Index, Model
 from ffdstudio.project.plane_constraints import alike, planes_in, slid
 
@@ -57,7 +57,7 @@ class Edit:
         self._on_planes = bool(np.abs(kept - self.start).max(initial=0.0) <= slack)
         self._positions, self._weights = self.start, self.weights
         self._vector: Array | None = None
-        self._holds: dict[Follower, Hold | None] = {}
+        self._holds: dict[Follower, DragFollower | None] = {}
 
     # ---- update: always from the start, never from the last update ------------------------
 

@@ -101,7 +101,7 @@ class Follower:
     points : numpy.ndarray
         (n, 3) at rest.
     positions : numpy.ndarray
-        (n, 3) now; replaced by `settle`, written in place by a `Hold`.
+        (n, 3) now; replaced by `settle`, written in place by a `DragFollower`.
     settled : bool
         Whether every embedding that `positions` need was known.
     """
@@ -171,13 +171,13 @@ class Follower:
 
     # ---- a drag -----------------------------------------------------------------------
 
-    def hold(self, key: str) -> Hold | None:
+    def hold(self, key: str) -> DragFollower | None:
         """Get ready to follow one lattice; None if its embedding is not known."""
         link = self._links.get(key)
         if link is None or link.embedding is None:
             return None
         self.positions = np.array(self.positions)  # ours to write into
-        return Hold(link, self.positions)
+        return DragFollower(link, self.positions)
 
 
 def _rehearse(embedding: Embedding) -> None:
@@ -186,7 +186,7 @@ def _rehearse(embedding: Embedding) -> None:
     embedding.drag(embedding.lattice, [0]).move([0.0, 0.0, 0.0], out)
 
 
-class Hold:
+class DragFollower:
     """A follower in the hand: writes into its positions, frame by frame."""
 
     def __init__(self, link: Link, positions: Array) -> None:
@@ -199,7 +199,7 @@ class Hold:
         self._drag: Drag | None = None
         self._points: Sequence[int] | None = None
 
-    def refined(self, rest: Lattice) -> Hold:
+    def refined(self, rest: Lattice) -> DragFollower:
         """Hold of the same points for a refinement of the lattice; only `reshape` it."""
         other = copy(self)
         other._embedding = self._embedding.refined(rest)

@@ -9,7 +9,7 @@ import pytest
 
 from ffdstudio.errors import InputError
 from ffdstudio.meshes import inverted
-from ffdstudio.project.checks.guarding import Warden
+from ffdstudio.project.checks.guarding import DragGuard
 from ffdstudio.project.commands import CreateBox, Enable
 from ffdstudio.project.document import Document
 from ffdstudio.project.interaction.events import PointerEvent
@@ -58,7 +58,7 @@ def cube(tmp_path: Path) -> Document:
 
 
 def test_a_guard_that_was_cancelled_is_made_for_the_next_drag(cube: Document) -> None:
-    warden, runner = Warden(cube, "stop"), Later()
+    warden, runner = DragGuard(cube, "stop"), Later()
     cube.runner = runner
     assert warden.judge([POINT], FAR).state == "waiting"
     runner.cancel()
@@ -68,7 +68,7 @@ def test_a_guard_that_was_cancelled_is_made_for_the_next_drag(cube: Document) ->
 
 
 def test_a_stopped_drag_inverts_nothing_and_a_little_more_does(cube: Document) -> None:
-    warden = Warden(cube, "stop")
+    warden = DragGuard(cube, "stop")
     verdict = warden.judge([POINT], FAR)
     assert verdict.state == "ready"
     assert verdict.beyond
@@ -80,7 +80,7 @@ def test_a_stopped_drag_inverts_nothing_and_a_little_more_does(cube: Document) -
 
 
 def test_the_guard_starts_where_earlier_drags_have_led(cube: Document) -> None:
-    warden = Warden(cube, "stop")
+    warden = DragGuard(cube, "stop")
     first = warden.judge([POINT], FAR).vector
     assert dragged(cube, 0.5 * first) == 0
     rest = warden.judge([POINT], FAR).vector
@@ -88,26 +88,26 @@ def test_the_guard_starts_where_earlier_drags_have_led(cube: Document) -> None:
 
 
 def test_warning_leaves_the_drag_alone_and_says_it(cube: Document) -> None:
-    verdict = Warden(cube, "warn").judge([POINT], FAR)
+    verdict = DragGuard(cube, "warn").judge([POINT], FAR)
     assert verdict.vector is FAR
     assert verdict.beyond
 
 
 def test_a_short_drag_is_not_touched(cube: Document) -> None:
     short = 1e-3 * FAR
-    verdict = Warden(cube, "stop").judge([POINT], short)
+    verdict = DragGuard(cube, "stop").judge([POINT], short)
     assert verdict.vector is short
     assert not verdict.beyond
 
 
 def test_free_drags_are_not_judged(cube: Document) -> None:
-    verdict = Warden(cube, "free").judge([POINT], FAR)
+    verdict = DragGuard(cube, "free").judge([POINT], FAR)
     assert (verdict.state, verdict.beyond) == ("none", False)
 
 
 def test_limits_of_a_solver_are_met_before_inversion(cube: Document) -> None:
     shear = np.array([0.0, 20.0, 0.0])
-    warden = Warden(cube, "stop")
+    warden = DragGuard(cube, "stop")
     inversion = warden.judge(LAYER, shear).stop.amplitude
     warden.set(limits="OpenFOAM")
     verdict = warden.judge(LAYER, shear)
@@ -117,12 +117,12 @@ def test_limits_of_a_solver_are_met_before_inversion(cube: Document) -> None:
 
 def test_unknown_choices_are_refused(cube: Document) -> None:
     with pytest.raises(InputError, match="stop, warn, free"):
-        Warden(cube).set(mode="hold")
+        DragGuard(cube).set(mode="hold")
 
 
 def test_frozen_points_are_nothing_to_guard(tmp_path: Path) -> None:
     document = opened(write_cube(tmp_path / "c.su2"), BOX)
-    assert Warden(document).judge([], FAR).state == "none"
+    assert DragGuard(document).judge([], FAR).state == "none"
 
 
 def test_no_guard_where_a_later_lattice_deforms_too(cube: Document) -> None:
@@ -132,22 +132,22 @@ def test_no_guard_where_a_later_lattice_deforms_too(cube: Document) -> None:
     from ffdstudio.project.commands import Activate
 
     cube.do(Activate(first))
-    assert Warden(cube).judge([POINT], FAR).state == "none"
+    assert DragGuard(cube).judge([POINT], FAR).state == "none"
     cube.do(Enable(second, False))
-    assert Warden(cube).judge([POINT], FAR).state == "ready"
+    assert DragGuard(cube).judge([POINT], FAR).state == "ready"
 
 
 def test_a_plane_mesh_is_guarded_in_its_plane(tmp_path: Path) -> None:
     box = CreateBox("Box", (-0.1, -0.1), (1.1, 1.1), (4, 4), (3, 3))
     document = opened(write_square(tmp_path / "s.su2"), box)
-    verdict = Warden(document, "stop").judge([(2, 2)], FAR)
+    verdict = DragGuard(document, "stop").judge([(2, 2)], FAR)
     assert verdict.beyond
     assert verdict.vector[0] < 0
 
 
 def test_a_drag_by_the_mouse_is_held_at_the_limit(cube: Document) -> None:
     tools, camera = Tools(cube), look()
-    tools.guard_with(Warden(cube, "stop"))
+    tools.guard_with(DragGuard(cube, "stop"))
     cube.select(LAYER)
     net = cube.model.lattices[0].current.control_points
     x, y = camera.project(net[POINT])[0]
@@ -173,7 +173,7 @@ def test_a_guard_that_arrives_during_the_drag_holds_it(tmp_path: Path) -> None:
     later.catch_up()
     document.select(LAYER)
     tools, camera = Tools(document), look()
-    tools.guard_with(Warden(document, "stop"))
+    tools.guard_with(DragGuard(document, "stop"))
     x, y = camera.project(document.model.lattices[0].current.control_points[POINT])[0]
     tools.handle(PointerEvent("press", camera, x, y, "left"))
     tools.handle(PointerEvent("move", camera, x - 800, y - 20))

@@ -7,7 +7,7 @@ from PySide6.QtWidgets import QComboBox, QFormLayout, QGroupBox, QVBoxLayout
 from ffdstudio.gui.panels.fields import note
 from ffdstudio.gui.studio import Studio
 from ffdstudio.meshes.safety.limits import PRESETS, Limits
-from ffdstudio.project.checks.guarding import Warden
+from ffdstudio.project.checks.guarding import DragGuard
 
 MODES = {
     "stop": ("Stop at the limit", "A drag ends where the first cell would break the limit"),
@@ -42,7 +42,7 @@ def meaning(limits: Limits) -> str:
 class GuardBox(QGroupBox):
     """Two choices, which the settings remember."""
 
-    def __init__(self, studio: Studio, warden: Warden) -> None:
+    def __init__(self, studio: Studio, warden: DragGuard) -> None:
         super().__init__("Guard of drags")
         self._studio, self._warden = studio, warden
         self.mode, self.limits, self.hint = QComboBox(), QComboBox(), note()

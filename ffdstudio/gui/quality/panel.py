@@ -28,7 +28,7 @@ from ffdstudio.gui.theme import Theme
 from ffdstudio.meshes.measures import LIMITS, MEASURES
 from ffdstudio.project.checks.checking import Checks, Digest, presets
 from ffdstudio.project.checks.folding import Foldings
-from ffdstudio.project.checks.guarding import Warden
+from ffdstudio.project.checks.guarding import DragGuard
 
 if TYPE_CHECKING:
     from ffdstudio.meshes import Mesh
@@ -39,7 +39,7 @@ class QualityPanel(QStackedWidget):
     """Two pages: why there is nothing to show, and what there is."""
 
     def __init__(
-        self, studio: Studio, checks: Checks, choice: Choice, warden: Warden, foldings: Foldings
+        self, studio: Studio, checks: Checks, choice: Choice, warden: DragGuard, foldings: Foldings
     ) -> None:
         super().__init__()
         self._studio, self._checks, self._choice = studio, checks, choice

@@ -22,7 +22,7 @@ from ffdstudio.gui.subscriptions import Listening
 from ffdstudio.gui.theme import Theme
 from ffdstudio.project.checks.checking import Checks
 from ffdstudio.project.checks.folding import Foldings
-from ffdstudio.project.checks.guarding import Warden
+from ffdstudio.project.checks.guarding import DragGuard
 from ffdstudio.project.interaction.tools import Tools
 
 
@@ -36,7 +36,7 @@ class QualityPart:
         self._studio = studio
         settings = studio.settings
         self.choice, self.checks = Choice(), Checks(studio.document)
-        self.warden = Warden(
+        self.warden = DragGuard(
             studio.document,
             settings.text("guard", "warn"),
             settings.text("guard_limits", "inversion"),

@@ -72,22 +72,22 @@ FORMATS: tuple[Format, ...] = (
     Format("obj", "Wavefront OBJ", (".obj",), "obj", new="obj"),
     Format("ply", "PLY", (".ply",), "ply", new="ply"),
     Format("vtk", "legacy VTK", (".vtk",), "vtk", new="vtk"),
-    Format("vtu", "VTK XML", (".vtu",), "vtu", new="other"),
+    Format("vtu", "VTK XML", (".vtu",), "vtu", new="via_meshio"),
     Format("vtp", "VTK XML polygons", (".vtp",), "vtu"),  # rows of their own, since a file
     Format("vts", "VTK XML structured grid", (".vts",), "vtu"),  # of one is none of another
-    Format("gmsh", "Gmsh", (".msh", ".msh2", ".msh4"), "gmsh", begins_with(b"$"), "other"),
+    Format("gmsh", "Gmsh", (".msh", ".msh2", ".msh4"), "gmsh", begins_with(b"$"), "via_meshio"),
     Format("openfoam", "OpenFOAM polyMesh", (".foam", ".openfoam"), "openfoam"),
     Format("fluent", "Fluent", (".msh", ".cas"), "fluent", begins_with(b"(")),
     Format("airfoil", "airfoil coordinates", (".dat", ".txt"), "dat", two_columns, "dat"),
     Format("nastran", "Nastran", (".bdf", ".nas", ".fem", ".dat", ".pch"), "nastran", has_grid),
     Format("avs", "AVS-UCD", (".inp", ".avs", ".ucd"), "avs", five_counts),
-    Format("abaqus", "Abaqus or CalculiX", (".inp",), "abaqus", new="other"),
+    Format("abaqus", "Abaqus or CalculiX", (".inp",), "abaqus", new="via_meshio"),
     Format("plot3d", "PLOT3D", (".xyz", ".p3d", ".x", ".p3dfmt", ".fmt", ".xyzfmt"), "plot3d"),
     Format("ugrid", "AFLR3 UGRID", (".ugrid", *UGRIDS), "ugrid"),
     Format("cgns", "CGNS", (".cgns", ".adf"), "cgns"),
     Format("exodus", "Exodus II", (".exo", ".e", ".ex2", ".exii", ".g", ".gen"), "exodus"),
-    Format("tecplot", "Tecplot ASCII", (".dat", ".tec"), "other", titled),
-    Format("meshio", "read through meshio", (), "other"),
+    Format("tecplot", "Tecplot ASCII", (".dat", ".tec"), "via_meshio", titled),
+    Format("meshio", "read through meshio", (), "via_meshio"),
 )
 
 

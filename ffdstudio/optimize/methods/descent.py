@@ -14,7 +14,7 @@ STILL = 1e-9  # of the cost or its decrease so far: an iteration that gains less
 def lbfgs(problem: Problem, z: Array, memory: Memory) -> str:
     """L-BFGS (Nocedal 1980; Nocedal and Wright, algorithm 7.4), from whatever memory there is."""
     here = problem.gradient(z)
-    memory.meet(here)
+    memory.begin(here)
     while here.slope.any():
         direction = -_times_inverse(here.slope, memory)
         if not direction @ here.slope < 0:
@@ -30,7 +30,7 @@ def lbfgs(problem: Problem, z: Array, memory: Memory) -> str:
         _remember(memory, here, found)
         gained, here = here.value - found.value, found
         problem.report(here)
-        if gained <= STILL * memory.worth(here.value):
+        if gained <= STILL * memory.reference_decrease(here.value):
             return CONVERGED
     return CONVERGED
 
@@ -63,7 +63,7 @@ def _remember(memory: Memory, old: Trial, new: Trial) -> None:
 def conjugate_gradients(problem: Problem, z: Array, memory: Memory) -> str:
     """Non-linear conjugate gradients (Polak and Ribiere, restarted when beta < 0)."""
     here = problem.gradient(z)
-    memory.meet(here)
+    memory.begin(here)
     direction, step, steepest = -here.slope, 0.0, True
     while here.slope.any():
         first = step or min(1.0, problem.longest(direction))
@@ -80,7 +80,7 @@ def conjugate_gradients(problem: Problem, z: Array, memory: Memory) -> str:
         slope = float(here.slope @ direction)
         here = found
         problem.report(here)
-        if gained <= STILL * memory.worth(here.value):
+        if gained <= STILL * memory.reference_decrease(here.value):
             return CONVERGED
         steepest = not following @ here.slope < 0
         if steepest:

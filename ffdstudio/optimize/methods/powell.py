@@ -22,7 +22,7 @@ SEEN = 1e-9  # of the cost: changes that rounding does not hide
 def conjugate_directions(problem: Problem, z: Array, memory: Memory) -> str:
     """Minimise by lines along a set of directions that becomes conjugate."""
     here = problem.value(z)
-    memory.meet(here)
+    memory.begin(here)
     if memory.directions is None or memory.curvatures is None:
         memory.directions, memory.curvatures = np.eye(problem.size), np.zeros(problem.size)
     directions, curvatures = memory.directions, memory.curvatures
@@ -35,7 +35,7 @@ def conjugate_directions(problem: Problem, z: Array, memory: Memory) -> str:
             if before - here.value > largest:
                 largest, which = before - here.value, k
         memory.fall = start.value - here.value
-        if memory.fall <= 1e-8 * memory.worth(start.value):
+        if memory.fall <= 1e-8 * memory.reference_decrease(start.value):
             return CONVERGED
         here = _extend(problem, start, here, largest, which, memory)
         problem.report(here)

@@ -74,15 +74,15 @@ class Memory:
     highest: float = -np.inf
     fall: float = np.inf
 
-    def meet(self, start: Trial) -> None:
+    def begin(self, start: Trial) -> None:
         """Note the cost and the gradient that a level begins with."""
         self.highest = max(self.highest, start.value)
         if start.gradient is not None:
             self.steepest = max(self.steepest, float(np.linalg.norm(start.gradient)))
 
-    def worth(self, value: float) -> float:
-        """What a decrease of the cost is compared with, see `worth`."""
-        return worth(value, self.highest)
+    def reference_decrease(self, value: float) -> float:
+        """What a decrease of the cost is compared with, see `reference_decrease`."""
+        return reference_decrease(value, self.highest)
 
 
 class Problem(Protocol):
@@ -126,7 +126,7 @@ class Problem(Protocol):
         ...
 
 
-def worth(value: float, first: float) -> float:
+def reference_decrease(value: float, first: float) -> float:
     """What a decrease of a cost is compared with.
 
     The cost itself, or the decrease since the beginning if that is less: a cost may be negative

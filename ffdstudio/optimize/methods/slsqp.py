@@ -34,7 +34,7 @@ def slsqp(problem: Problem, z: Array, memory: Memory) -> str:
     from scipy.optimize import minimize
 
     start = problem.gradient(z)
-    memory.meet(start)
+    memory.begin(start)
     if memory.scale is None and start.slope.any():
         memory.scale = problem.longest(start.slope)
     scale = memory.scale or 1.0
@@ -48,7 +48,7 @@ def slsqp(problem: Problem, z: Array, memory: Memory) -> str:
         problem.report(trial)
         seen.append(trial)
         last = [trial.value for trial in seen[1:][-PATIENCE:]]
-        still = STILL * memory.worth(trial.value)
+        still = STILL * memory.reference_decrease(trial.value)
         if len(last) == PATIENCE and max(last) - min(last) <= still:
             raise _Still
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ffdstudio.errors import InputError
-from ffdstudio.optimize.methods.problem import worth
+from ffdstudio.optimize.methods.problem import reference_decrease
 from ffdstudio.optimize.refine.candidates import Candidate, Guards, candidates
 from ffdstudio.optimize.refine.indicators import INDICATORS, GainState
 from ffdstudio.optimize.refine.sensitivity import Sensitivity
@@ -181,7 +181,9 @@ def due(
     if settings.iterations is not None and iterations >= settings.iterations:
         return True
     if settings.slope is not None and len(values) > 1:
-        least = (1 - settings.slope) * worth(values[-2], first + values[-2] - values[-1])
+        least = (1 - settings.slope) * reference_decrease(
+            values[-2], first + values[-2] - values[-1]
+        )
         if values[-2] - values[-1] < least:
             return True
     if settings.share is None or gradient is None:

@@ -25,7 +25,7 @@ from ffdstudio.optimize.methods.problem import (
     Memory,
     Trial,
     carried_directions,
-    worth,
+    reference_decrease,
 )
 from ffdstudio.optimize.objectives.base import Stoppable
 from ffdstudio.optimize.objectives.remembered import EvaluationError
@@ -168,7 +168,7 @@ class Run:
 
     def _worth(self, merit: float) -> float:
         first = self.history.iterates[0].cost
-        return abs(merit) if self.problem.largest else worth(merit, first)
+        return abs(merit) if self.problem.largest else reference_decrease(merit, first)
 
     def _violation(self) -> float:
         points = self.level.at(self.best.z)

@@ -90,7 +90,7 @@ class Watched:
         return same and _shape(self.model) == _shape(other.model)
 
 
-class Warden:
+class DragGuard:
     """Has the guard ready for the next drag of a document.
 
     Attributes

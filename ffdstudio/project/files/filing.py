@@ -38,7 +38,7 @@ def open_mesh(document: Document, path: PathLike) -> None:
     """Read a mesh and add it as a body."""
 
     def done(opened: Opened) -> None:
-        document.meet(opened)
+        document.register_surface(opened)
         document.do(opened.command)
         document.filed.emit(Path(path))
 
@@ -150,7 +150,7 @@ def open_project(document: Document, path: PathLike, recovered: Left | None = No
             document.told.emit(f"{source.name} was not opened")
             return
         for opened in bodies:
-            document.meet(opened)
+            document.register_surface(opened)
         target = source if recovered is None else recovered.project
         document.replace(model, content.sections, target, saved=recovered is None)
         if recovered is None:

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from psygnal import Signal
 
-from ffdstudio.project.checks.guarding import Verdict, Warden
+from ffdstudio.project.checks.guarding import DragGuard, Verdict
 from ffdstudio.project.document import Document
 from ffdstudio.project.edit import Edit
 from ffdstudio.project.interaction import gestures, selection
@@ -84,7 +84,7 @@ class Tools:
         self._gesture: gestures.Gesture | None = None
         self._latest: PointerEvent | None = None
         self._advancing = False
-        self._warden: Warden | None = None
+        self._warden: DragGuard | None = None
 
     @property
     def busy(self) -> bool:
@@ -131,7 +131,7 @@ class Tools:
 
     # ---- the guard ------------------------------------------------------------------------
 
-    def guard_with(self, warden: Warden) -> None:
+    def guard_with(self, warden: DragGuard) -> None:
         """Ask a warden about every drag by a vector."""
         self._warden = warden
         warden.ready.connect(self._again)

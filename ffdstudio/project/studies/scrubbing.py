@@ -16,7 +16,7 @@ from ffdstudio.project.commands import UseIterate
 from ffdstudio.project.commands.base import Command
 from ffdstudio.project.commands.iterate import in_space_of, with_knots_of
 from ffdstudio.project.edit import Edit
-from ffdstudio.project.followers import Follower, Hold
+from ffdstudio.project.followers import DragFollower, Follower
 from ffdstudio.project.model import LatticeItem, Model
 
 if TYPE_CHECKING:
@@ -48,8 +48,8 @@ class Scrub(Edit):
         self.note = ""
         self.inverted: int | None = None
         self._rests = [self.item.rest]
-        self._holds: dict[Follower, Hold | None] = {}
-        self._finer: dict[tuple[int, int], Hold] = {}
+        self._holds: dict[Follower, DragFollower | None] = {}
+        self._finer: dict[tuple[int, int], DragFollower] = {}
 
     def show(self, current: Lattice, note: str = "") -> None:
         """Show a state of the lattice; knots that only one of both has are inserted exactly."""
@@ -96,7 +96,7 @@ class Scrub(Edit):
         if hold is not None and self.shown is not None:
             self._in_space(follower, hold).reshape(self.shown)
 
-    def _in_space(self, follower: Follower, hold: Hold) -> Hold:
+    def _in_space(self, follower: Follower, hold: DragFollower) -> DragFollower:
         assert self.shown is not None
         rest = self.rest_of(self.shown)
         if rest is self.item.rest:

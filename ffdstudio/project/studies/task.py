@@ -48,7 +48,7 @@ UNITS = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 
 
 @dataclass
-class Judge:
+class ErrorMonitor:
     """Measures the errors of a lattice on points of its own.
 
     Attributes
@@ -92,7 +92,7 @@ class Prepared:
     """A study that can run."""
 
     study: Study
-    judge: Judge
+    judge: ErrorMonitor
 
 
 def prepare(plan: Plan, model: Model, item: LatticeItem) -> Prepared:
@@ -107,7 +107,7 @@ def prepare(plan: Plan, model: Model, item: LatticeItem) -> Prepared:
     return Prepared(Study(task, plan.method, refinement_of(plan), plan.budget, plan.carry), judge)
 
 
-def task_of(plan: Plan, model: Model, item: LatticeItem) -> tuple[Task, Judge]:
+def task_of(plan: Plan, model: Model, item: LatticeItem) -> tuple[Task, ErrorMonitor]:
     """Objective and variables of a plan, and who judges."""
     body = model.body(plan.body)
     make = _section if plan.plane else _program if plan.objective == "program" else _surface
@@ -154,7 +154,7 @@ def _section(plan: Plan, model: Model, body: Body, item: LatticeItem) -> Any:
     target = target_contour(plan.target) if plan.target else None
     dense = contour.sample(DENSE_POINTS)
     distance = None if target is None else ContourDistance(target, upper_side(dense))
-    judge = Judge(embed(item.rest, chord.world(dense)), distance, chord)
+    judge = ErrorMonitor(embed(item.rest, chord.world(dense)), distance, chord)
     flow = plan.objective != "contour"
     points = contour.sample(FLOW_POINTS if flow else FIT_POINTS)
     objective: Objective
@@ -193,7 +193,7 @@ def _surface(plan: Plan, model: Model, body: Body, item: LatticeItem) -> Any:
     points = start_points(model, body, item)[used]
     distance = SurfaceDistance(*surface_of(plan.target))
     embedding = _all_inside(item, points)
-    judge = Judge(embedding, distance)
+    judge = ErrorMonitor(embedding, distance)
     return distance, embedding, Surface.triangles(points, triangles), judge, triangles
 
 
@@ -212,7 +212,7 @@ def _program(plan: Plan, model: Model, body: Body, item: LatticeItem) -> Any:
     command = [_located(word, body.path.parent) for word in shlex.split(plan.target)]
     objective = ExternalProgram(command, folder, body.mesh, plan.sensitivity, plan.time_limit)
     embedding = _all_inside(item, points)
-    return objective, embedding, surface, Judge(embedding), triangles
+    return objective, embedding, surface, ErrorMonitor(embedding), triangles
 
 
 def _located(word: str, beside: Path) -> str:
