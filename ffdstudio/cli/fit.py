@@ -28,6 +28,10 @@ def add(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("source", metavar="SOURCE", help="file, or a section such as naca0012")
     parser.add_argument("target", metavar="TARGET", help="file or section")
+    parser.add_argument(
+        "--element", type=whole, metavar="N", help="element of a target with several, from 1"
+    )
+    parser.add_argument("--source-element", type=whole, metavar="N", help="the same of the source")
     parser.add_argument("--columns", type=whole, default=35, help="control points in x (35)")
     parser.add_argument("--rows", type=whole, default=2, help="control points in y (2)")
     parser.add_argument("--layers", type=whole, help="control points in z, 3D only (2)")
@@ -74,8 +78,11 @@ def run(args: argparse.Namespace) -> int:
     folder = None if args.output is None else Path(args.output)
     if folder is not None:
         make_folder(folder)
+    source, target = (
+        named_element(args.source, args.source_element), named_element(args.target, args.element)
+    )  # fmt: skip
     result = fit_shapes(
-        args.source, args.target, columns=args.columns, rows=args.rows, layers=args.layers,
+        source, target, columns=args.columns, rows=args.rows, layers=args.layers,
         adaptive=None if args.regular else args.adaptive, start=args.start, method=args.method,
         norm=args.norm, metric=args.metric, row_wise=args.row_wise, spacing=args.spacing,
         variables=args.variables, evaluations=args.evaluations, iterations=args.iterations,
@@ -86,6 +93,17 @@ def run(args: argparse.Namespace) -> int:
         figures["files"] = write(result, folder, args.source, args.target)
     emit(figures, _text(result, folder), args.json)
     return 1 if args.tolerance is not None and result.rms > args.tolerance else 0
+
+
+def named_element(path: str, element: int | None) -> str:
+    """File with the number of one of its elements behind it, see `read_airfoil`.
+
+    Examples
+    --------
+    >>> named_element("flap.dat", 2), named_element("flap.dat", None)
+    ('flap.dat#2', 'flap.dat')
+    """
+    return path if element is None else f"{path}#{element}"
 
 
 def _tell(record: Record) -> None:

@@ -91,6 +91,11 @@ def _camber_line(x: Array, camber: float, place: float) -> tuple[Array, Array]:
 def read_airfoil(path: str | os.PathLike[str]) -> Array:
     """Contour of an airfoil file, Selig's or Lednicer's layout.
 
+    Parameters
+    ----------
+    path : path
+        With a number behind it, as in ``flap.dat#2``, one element of several.
+
     Returns
     -------
     numpy.ndarray
@@ -99,22 +104,57 @@ def read_airfoil(path: str | os.PathLike[str]) -> Array:
     Raises
     ------
     InputError
-        If the file is no airfoil; the message names file, line and cause.
+        If the file is no airfoil, or has several elements and none is named; the message names
+        file, line and cause.
     """
-    return contour(read_mesh(path))
+    file, element = split_element(path)
+    return contour(read_mesh(file), element)
 
 
-def contour(mesh: Mesh) -> Array:
+def split_element(path: str | os.PathLike[str]) -> tuple[str, int | None]:
+    """Name of a file, and the number of the element that is asked for behind it.
+
+    Examples
+    --------
+    >>> split_element("flap.dat#2"), split_element("rae2822.dat")
+    (('flap.dat', 2), ('rae2822.dat', None))
+    """
+    name = os.fspath(path)
+    match = re.fullmatch(r"(.+)#(\d{1,4})", name, re.DOTALL)
+    if match is None or os.path.lexists(name):
+        return name, None
+    return match[1], int(match[2])
+
+
+def contour(mesh: Mesh, element: int | None = None) -> Array:
     """(n, 2) contour of a mesh that is one chain of lines, as read from an airfoil file.
+
+    Parameters
+    ----------
+    mesh : Mesh
+    element : int, optional
+        Which one of several, counted from 1.
 
     Raises
     ------
     InputError
-        If its lines do not follow each other.
+        If its lines do not follow each other, there are several elements and none is asked
+        for, or there is no such element.
     """
-    lines = mesh.cells.get("line", np.empty((0, 2), dtype=np.int64))
+    name, lines = mesh.path or "this mesh", mesh.cells.get("line", np.empty((0, 2), dtype=np.int64))
+    chains = [cells["line"] for cells in mesh.markers.values() if set(cells) == {"line"}]
+    if len(chains) > 1 and element is None:
+        raise InputError(
+            f"{name} holds {len(chains)} elements, as of a slotted section: choose one by its "
+            f"number, such as {name}#1"
+        )
+    if element is not None:
+        chains = chains or [lines]
+        if not 1 <= element <= len(chains):
+            raise InputError(f"{name} has no element {element}: it has {len(chains)}")
+        lines = chains[element - 1]
     if len(lines) < 2 or (lines[1:, 0] != lines[:-1, 1]).any():
-        raise InputError(f"{mesh.path or 'this mesh'}: not one contour of lines")
+        raise InputError(f"{name}: not one contour of lines")
     return mesh.points[np.append(lines[:, 0], lines[-1, 1]), :2].copy()
 
 

@@ -6,6 +6,7 @@ import pytest
 
 import ffdstudio as ffd
 from ffdstudio.cli.main import main
+from ffdstudio.meshes.airfoil import naca4
 
 CASES = Path(__file__).parents[2] / "resources" / "cases"
 RAE = str(Path(__file__).parents[2] / "sample_meshes" / "rae2822.dat")
@@ -227,3 +228,21 @@ def test_a_case_without_a_budget_to_spend_is_refused(capsys, tmp_path):
     )
     assert main(["optimize", str(case)]) == 2
     assert "[budget] evaluations must be a whole number, at least 1" in capsys.readouterr().err
+
+
+def test_the_element_of_a_slotted_section_is_asked_for(capsys, tmp_path):
+    path = tmp_path / "slotted.dat"
+    path.write_text(_with_a_flap())
+    fit = ["fit", "naca0012", str(path), "--columns", "6", "--regular", "--json"]
+    assert main(fit) == 2
+    assert "slotted.dat holds 2 elements" in capsys.readouterr().err
+    assert main([*fit, "--element", "1"]) == 0
+    assert output(capsys)["rms"] < 1e-5
+    assert main([*fit, "--element", "3"]) == 2
+    assert "no element 3: it has 2" in capsys.readouterr().err
+
+
+def _with_a_flap() -> str:
+    main, flap = naca4("0012", 41), 0.3 * naca4("2412", 41) + [1.0, -0.05]
+    parts = ["\n".join(f"{x} {y}" for x, y in points) for points in (main, flap)]
+    return "main and flap\n-2.0 3.0 -2.5 3.5\n" + "\n999.0 999.0\n".join(parts) + "\n"

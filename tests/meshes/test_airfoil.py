@@ -79,9 +79,87 @@ def test_what_is_no_section_is_refused(digits):
         ("x\n1 0\n0 0 0\n1 0\n", "line 3: an airfoil has two coordinates a line"),
         ("x\n1 0\n0 a\n1 0\n", "line 3: expected a number, found 'a'"),
         ("x\n1 0\n1 0\n", "at least three different points"),
+        ("x\n1 0\n.5 .1\n0 0\n.5 -0.1\n1.0\n", "line 6: an airfoil has two coordinates a line"),
+        ("x\n1 0\n.5 .1\nsee me\n0 0\n.5 -0.1\n1 0\n", "line 4: expected a number, found 'see'"),
+        ("x\n36 36\n1 0\n.5 .1\n0 0\n.5 -.1\n1 0\n", "36 and 36 are neither a point"),
+        ("x\n1 0\n.5 .1\n0 0\n.5 -0.1\n1.0 -.0x\n", "line 6: expected a number, found '-.0x'"),
+        ("only words\nand more\n", "no coordinates"),
     ],
 )
 def test_a_damaged_file_is_refused_with_place_and_cause(tmp_path, text, cause):
     (tmp_path / "a.dat").write_text(text)
     with pytest.raises(InputError, match=cause):
         read_mesh(tmp_path / "a.dat")
+
+
+POINTS = [[1.0, 0.01], [0.5, 0.1], [0.1, 0.05], [0.0, 0.0], [0.4, -0.06], [1.0, -0.01]]
+LINES = [f"{x} {y}" for x, y in POINTS]
+
+
+def joined(*lines: str) -> str:
+    return "\n".join(lines) + "\n"
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        joined("name", *LINES, "", "made by hand, 12 % thick", "cm0 -0.02", "http://x.org 3"),
+        joined("name", *LINES, "26/10/2001"),
+        joined("name", "of the section", "", *LINES),
+        joined("blade", " -2.0 3.0 -2.6 3.4", *LINES),
+        joined("blade", " -2.0 3.0 -2.6 3.4 1.0", *LINES),
+        joined("name", *(line.replace(" ", ", ") for line in LINES)),
+        joined("name", *(line.replace(" ", ";") for line in LINES)),
+        joined("name", *(line.replace(".", ",") for line in LINES)),
+        joined("name", *(line + " 0.0" for line in LINES)),
+        joined("name", *(f"{k + 1} {line}" for k, line in enumerate(LINES))),
+        joined("name", *(line.replace("0.1", "1.0D-01") for line in LINES)),
+        joined("name", *LINES[:3], "", *LINES[3:]),
+        joined("name", *LINES[::-1]),
+        joined("no counts", "0 0", *LINES[2::-1], "", "0.0 0.0", *LINES[4:]),
+        joined("counts", "4 3", "0 0", *LINES[2::-1], "", "0.0 0.0", *LINES[4:]),
+        joined("from the nose", *LINES[3:], *LINES[:4]),
+        joined("from the nose, below", *LINES[3::-1], *LINES[:2:-1]),
+        joined("old Mac", *LINES).replace("\n", "\r"),
+        joined("DOS", *LINES).replace("\n", "\r\n"),
+    ],
+)
+def test_what_people_add_to_these_files_is_read_past(tmp_path, text):
+    path = tmp_path / "a.dat"
+    path.write_bytes(text.encode())
+    assert read_airfoil(path).tolist() == POINTS
+    mesh = read_mesh(path)
+    if "," not in text or "blade" in text:
+        assert mesh.template.patched(mesh.points) == text.encode()
+    points = mesh.points + [0, 1 / 3, 0]
+    write_mesh(mesh, tmp_path / "b.dat", points)
+    np.testing.assert_array_equal(read_mesh(tmp_path / "b.dat").points, points)
+
+
+FLAP = [[1.3, -0.1], [1.1, 0.02], [0.95, -0.02], [1.1, -0.04], [1.3, -0.1]]
+
+
+@pytest.mark.parametrize("between", ["999.0 999.0", "", "flap", "  999.  999.\n"])
+def test_the_elements_of_a_section_are_told_apart(tmp_path, between):
+    path = tmp_path / "slotted.dat"
+    path.write_text(joined("slotted", *LINES, between, *(f"{x} {y}" for x, y in FLAP)))
+    assert read_airfoil(f"{path}#1").tolist() == POINTS
+    assert read_airfoil(f"{path}#2").tolist() == FLAP
+    with pytest.raises(InputError, match=r"holds 2 elements.*choose one"):
+        read_airfoil(path)
+    with pytest.raises(InputError, match="no element 3: it has 2"):
+        read_airfoil(f"{path}#3")
+    mesh = read_mesh(path)
+    assert mesh.template.patched(mesh.points) == path.read_bytes()
+    assert list(mesh.markers) == ["element 1", "element 2"]
+
+
+def test_the_first_element_of_a_plain_file_is_the_file(tmp_path):
+    (tmp_path / "a.dat").write_text(SELIG)
+    assert read_airfoil(f"{tmp_path}/a.dat#1").tolist() == read_airfoil(tmp_path / "a.dat").tolist()
+
+
+def test_a_section_around_the_nose_with_one_trailing_edge_point_is_closed(tmp_path):
+    sharp = [[1, 0], [0.5, 0.1], [0, 0], [0.5, -0.1], [1, 0]]
+    (tmp_path / "a.dat").write_text("x\n0 0\n0.5 -0.1\n1 0\n0.5 0.1\n0 0\n")
+    assert read_airfoil(tmp_path / "a.dat").tolist() == sharp

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ffdstudio.errors import InputError
+from ffdstudio.meshes.airfoil import split_element
 from ffdstudio.optimize.fits.result import FitResult, result_of
 from ffdstudio.optimize.fits.task import FitTask, section_task, surface_of, surface_task
 from ffdstudio.optimize.geometry.sections import POINTS_PER_VARIABLE
@@ -66,8 +67,9 @@ def fit(
     Parameters
     ----------
     source, target : path, str, numpy.ndarray or Mesh
-        Airfoil files, names of NACA four-digit sections ("naca0012": closed trailing edge) or
-        (m, 2) contours; or two surface meshes in 3D (files or `Mesh`).
+        Airfoil files (``flap.dat#2`` is the second element of several), names of NACA four-digit
+        sections ("naca0012": closed trailing edge) or (m, 2) contours; or two surface meshes in
+        3D (files or `Mesh`).
     columns, rows, layers : int
         Control points of the lattice in x, y (and z in 3D: 2 layers by default); with
         `adaptive`, at the end.
@@ -185,7 +187,8 @@ def is_spatial(source: Any) -> bool:
         return True
     if isinstance(source, np.ndarray) or is_naca(source):
         return False
-    return Path(source).suffix.lower() not in (".dat", ".txt", ".sel", ".lednicer")
+    name = split_element(source)[0]
+    return Path(name).suffix.lower() not in (".dat", ".txt", ".sel", ".lednicer")
 
 
 def extent(task: FitTask) -> float:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from ffdstudio.errors import InputError
 from ffdstudio.meshes import Mesh, read_mesh
+from ffdstudio.meshes.airfoil import split_element
 from ffdstudio.optimize.geometry.sections import is_naca, opened, sampled
 from ffdstudio.optimize.objectives.chords import Chord
 from ffdstudio.optimize.variables.metrics import Surface
@@ -77,7 +78,7 @@ def section_shape(source: str, count: int, gap: float | None = None) -> Shape:
 
 def is_section(source: str) -> bool:
     """Whether a source is the name of a NACA section or an airfoil file."""
-    return is_naca(source) or source.lower().endswith((".dat", ".txt"))
+    return is_naca(source) or split_element(source)[0].lower().endswith((".dat", ".txt"))
 
 
 def mesh_shape(path: str, marker: str, whole: bool) -> Shape:
