@@ -9,6 +9,7 @@ from ffdstudio.meshes.pairs import Pair, pairs_of
 from ffdstudio.meshes.planes import Plane, planes_of, size_of
 from ffdstudio.meshes.topology import Array
 
+INEXACT = 10.0  # times the misfit of partners at rest, of the mesh's size: error of their turn
 NOISE = 1e-10  # of the mesh's size: a smaller motion is none
 
 
@@ -38,7 +39,7 @@ def broken(mesh: Mesh, points: Array) -> list[str]:
     """
     slack = NOISE * size_of(mesh)
     found = [_bent(mesh, plane, points, slack) for plane in planes_of(mesh)]
-    found += [_parted(pair, points - mesh.points, slack) for pair in pairs_of(mesh)]
+    found += [_parted(mesh, pair, points - mesh.points) for pair in pairs_of(mesh)]
     return [sentence for sentence in found if sentence]
 
 
@@ -55,8 +56,14 @@ def _bent(mesh: Mesh, plane: Plane, points: Array, slack: float) -> str:
     )
 
 
-def _parted(pair: Pair, step: Array, slack: float) -> str:
-    """Partners whose displacements do not correspond: distances at rest do not matter."""
+def _parted(mesh: Mesh, pair: Pair, step: Array) -> str:
+    """Partners whose displacements do not correspond: distances at rest do not matter.
+
+    They only tell how exactly the turn is known, which is less in a file of single precision.
+    """
+    size = size_of(mesh)
+    inexact = INEXACT * float(pair.misses(mesh.points).max(initial=0.0)) / size if size else 0.0
+    slack = NOISE * size + min(inexact, 1e-3) * np.linalg.norm(step[pair.first], axis=1)
     miss = np.linalg.norm(step[pair.second] - step[pair.first] @ pair.turn.T, axis=1)
     bad = int((miss > slack).sum())
     if not bad:

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ffdstudio.errors import InputError
+from ffdstudio.meshes.links import Link
 from ffdstudio.meshes.topology import Array, Cells, Indices, corners, dimension, numbers, skin
 
 Markers = dict[str, Cells]
@@ -106,6 +107,8 @@ class Mesh:
         for the markers where the file tells.
     partners : dict
         Marker name -> the marker it is periodic with, where the file tells.
+    links : tuple of Link
+        Periodic and abutting boundaries whose nodes the file pairs one by one.
     path, format : pathlib.Path or None, str
         Where it was read and in which format.
 
@@ -123,6 +126,7 @@ class Mesh:
     faces: Faces | None = None
     kinds: dict[str, str] = field(default_factory=dict)
     partners: dict[str, str] = field(default_factory=dict)
+    links: tuple[Link, ...] = ()
     path: Path | None = None
     format: str = ""
     template: Template | None = field(default=None, repr=False)

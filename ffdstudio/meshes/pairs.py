@@ -1,11 +1,11 @@
 """Nodes that belong together in twos: of periodic boundaries, and front and back of `empty`.
 
-1. Partners are told by the file (`Mesh.partners`) or are two of its periodic markers; where it
-   tells nothing, markers with "period" or "cyclic" in their names. What counts is that the
-   nodes of one lie on those of the other after a shift or a turn.
+1. A file may pair nodes one by one (`Mesh.links`) or markers (`Mesh.partners`); where it tells
+   nothing, two of its periodic markers are looked at, or markers with "period" or "cyclic" in
+   their names. What counts is that the nodes of one lie on those of the other after a shift
+   or a turn.
 2. The turn is looked for about the coordinate axes through the origin, and by the order of the
-   elements, which corresponds in OpenFOAM's cyclic patches.
-3. SU2 keeps copies of nodes in the marker SEND_RECEIVE: those sent, then those received.
+   elements, which corresponds in OpenFOAM's cyclic patches and Fluent's pairs of faces.
 """
 
 from __future__ import annotations
@@ -22,7 +22,6 @@ from ffdstudio.meshes.planes import planes_of, size_of
 from ffdstudio.meshes.topology import Array, Indices
 
 WORDS = ("period", "cyclic")
-HALO = "SEND_RECEIVE"
 SLACK = 1e-6  # of the mesh's size: how near partners lie to each other after the motion
 Motion = tuple[Array, Array]  # (3, 3) turn and (3,) shift
 
@@ -71,12 +70,26 @@ def pairs_of(mesh: Mesh) -> tuple[Pair, ...]:
     ([0, 1], [2, 3], array([2., 0., 0.]))
     """
     if mesh not in _known:
-        _known[mesh] = (*_periodic(mesh), *_halos(mesh), *_opposite(mesh))
+        linked = tuple(_linked(mesh))
+        _known[mesh] = (*linked, *_periodic(mesh, linked), *_opposite(mesh))
     return _known[mesh]
 
 
-def _periodic(mesh: Mesh) -> Iterator[Pair]:
-    free = [name for name in mesh.boundaries if _is_periodic(mesh, name)]
+def _linked(mesh: Mesh) -> Iterator[Pair]:
+    """Pairs of nodes that the file states, with the motion that fits them best."""
+    slack = SLACK * size_of(mesh)
+    for link in mesh.links:
+        if (link.first == link.second).all():
+            continue
+        a, b = mesh.points[link.first], mesh.points[link.second]
+        pairs = [Pair(link.names, link.first, link.second, *m) for m in _usual_motions(mesh, a, b)]
+        fits = (pair for pair in pairs if pair.misses(mesh.points).max() <= slack)
+        yield next(fits, pairs[-1])
+
+
+def _periodic(mesh: Mesh, linked: tuple[Pair, ...]) -> Iterator[Pair]:
+    known = {name for pair in linked for name in pair.names}
+    free = [name for name in mesh.boundaries if _is_periodic(mesh, name) and name not in known]
     for one, other in (*mesh.partners.items(), *combinations(free, 2)):
         if one not in free or other not in free or one == other:
             continue
@@ -90,18 +103,6 @@ def _is_periodic(mesh: Mesh, name: str) -> bool:
     kind = mesh.kinds.get(name, "")
     named = any(word in f"{name} {kind}".lower() for word in WORDS)
     return kind in ("periodic", "wedge") or named
-
-
-def _halos(mesh: Mesh) -> Iterator[Pair]:
-    nodes = mesh.markers.get(HALO, {}).get("vertex", np.empty((0, 1), dtype=np.int64)).ravel()
-    half = len(nodes) // 2
-    if not half or len(nodes) % 2:
-        return
-    first, second = nodes[:half], nodes[half:]
-    a, b = mesh.points[first], mesh.points[second]
-    pair = Pair((HALO,), first, second, *_rigid(a, b))
-    if (first != second).any() and pair.misses(mesh.points).max() <= SLACK * size_of(mesh):
-        yield pair
 
 
 def _opposite(mesh: Mesh) -> Iterator[Pair]:
@@ -133,13 +134,19 @@ def _matched(
 
 
 def _motions(mesh: Mesh, names: tuple[str, ...], a: Array, b: Array) -> Iterator[Motion]:
-    yield np.eye(3), b.mean(axis=0) - a.mean(axis=0)
-    for axis in range(3):
-        yield _turn(axis, a.mean(axis=0), b.mean(axis=0)), np.zeros(3)
+    *usual, _ = _usual_motions(mesh, a, b)
+    yield from usual
     if len(names) == 2:
         centres = [_centres(mesh, name) for name in names]
-        if len(centres[0]) == len(centres[1]) > 2:
-            yield _rigid(*centres)
+        if len(centres[0]) == len(centres[1]) > 1:
+            yield _rigid(mesh, *centres)
+
+
+def _usual_motions(mesh: Mesh, a: Array, b: Array) -> list[Motion]:
+    """Shift, turns about the axes, and the nearest motion if (k, 3) points correspond."""
+    middles = a.mean(axis=0), b.mean(axis=0)
+    turns = [(_turn(axis, *middles), np.zeros(3)) for axis in range(3)]
+    return [(np.eye(3), middles[1] - middles[0]), *turns, _rigid(mesh, a, b)]
 
 
 def _turn(axis: int, a: Array, b: Array) -> Array:
@@ -156,9 +163,14 @@ def _centres(mesh: Mesh, name: str) -> Array:
     return np.concatenate(parts)
 
 
-def _rigid(a: Array, b: Array) -> Motion:
+def _rigid(mesh: Mesh, a: Array, b: Array) -> Motion:
     """Turn and shift nearest to taking (k, 3) points a to b (Kabsch's algorithm)."""
-    u, _, v = np.linalg.svd((a - a.mean(axis=0)).T @ (b - b.mean(axis=0)))
-    sign = np.sign(np.linalg.det(u) * np.linalg.det(v))
-    turn = v.T @ np.diag([1, 1, sign]) @ u.T
-    return turn, b.mean(axis=0) - turn @ a.mean(axis=0)
+    k = min(len(a), len(b))
+    axes = mesh.dimension  # the turn of a plane mesh stays in its plane
+    c, d = a[:k] - a[:k].mean(axis=0), b[:k] - b[:k].mean(axis=0)
+    u, _, v = np.linalg.svd(c[:, :axes].T @ d[:, :axes])
+    signs = np.ones(axes)
+    signs[-1] = np.sign(np.linalg.det(u) * np.linalg.det(v))
+    turn = np.eye(3)
+    turn[:axes, :axes] = v.T @ np.diag(signs) @ u.T
+    return turn, b[:k].mean(axis=0) - turn @ a[:k].mean(axis=0)

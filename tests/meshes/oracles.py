@@ -56,6 +56,15 @@ def with_gmsh(path: Path) -> np.ndarray:
     return xyz.reshape(-1, 3)[np.argsort(tags)]
 
 
+def fluent_binary(path: Path) -> np.ndarray:
+    """Numbers of the only binary section of nodes."""
+    data = path.read_bytes()
+    match = re.search(rb"\(([23])010 \(1 1 (\w+) 1 3\)\(", data)
+    assert match
+    dtype = np.dtype("<f8" if match[1] == b"3" else "<f4")
+    return np.frombuffer(data, dtype, 3 * int(match[2], 16), match.end()).reshape(-1, 3)
+
+
 def fluent_nodes(path: Path) -> np.ndarray:
     """Numbers of all zones of nodes, in the order of their first node."""
     zones = re.findall(r"^\(10 \((\w+ \w+)[^()]*\)\s*\(([^()]*)\)", path.read_text(), re.M)

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from tests.meshes.decks import abaqus_with_blanks, nastran_with_comments, su2_with_boxes
+from tests.meshes.fluent_specimens import fluent_sector
 from tests.meshes.gmsh_specimens import gmsh_box
 
 GRID = (4, 3, 3)
@@ -296,6 +297,10 @@ SPECIMENS: dict[str, Callable[[Path], None]] = {
         )
     },
     "block_fluent.msh": fluent,
+    "sector_fluent.msh": fluent_sector,
+    "sector_double.cas": lambda path: fluent_sector(path, 3),
+    "sector_single.msh": lambda path: fluent_sector(path, 2),
+    "sector_mixed.cas": lambda path: fluent_sector(path, 3, mixed=True),
     "v1.msh": lambda path: gmsh_box(path, 1, False),
     "v22.msh": lambda path: gmsh_box(path, 2.2, False),
     "v22_binary.msh": lambda path: gmsh_box(path, 2.2, True),

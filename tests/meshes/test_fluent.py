@@ -6,6 +6,9 @@ import numpy as np
 import pytest
 
 from ffdstudio import InputError, read_mesh
+from ffdstudio.meshes.boundary_checks import broken
+from ffdstudio.meshes.pairs import pairs_of
+from tests.meshes.fluent_specimens import ANGLE, AXIS
 from tests.meshes.specimens import SPECIMENS
 
 
@@ -44,7 +47,7 @@ def test_a_plane_mesh_has_anticlockwise_cells_of_the_whole_area(shared):
         ("(2 3)", "(2 4)", "line 2: the dimension must be 2 or 3"),
         ("(10 (8 b", "(10 (8 c", "do not follow those before"),
         ("\n0.0 ", "\nnan ", "a number is not finite"),
-        ("(45 (4 wall", "(2010 (4 wall", "binary Fluent meshes are not supported"),
+        ("(45 (4 wall outside)", "(2010 (4 1 2 1 3)(", "a binary section does not end"),
         ("\n4 ", "\n5 ", "faces announced"),
         ("(45 (4 wall outside)())", "(45 (4 wall outside)()", "a section does not end"),
         (" 0 1\n", " 0 0\n", "a face without cells"),
@@ -58,3 +61,83 @@ def test_damage_is_refused_with_place_and_cause(block, old, new, cause):
     block.write_text(text.replace(old, new, 1))
     with pytest.raises(InputError, match=cause):
         read_mesh(block)
+
+
+SECTORS = ["sector_fluent.msh", "sector_double.cas", "sector_single.msh", "sector_mixed.cas"]
+
+
+@pytest.mark.parametrize("name", SECTORS)
+def test_a_periodic_zone_and_its_shadow_are_partners_about_any_axis(tmp_path, name):
+    SPECIMENS[name](tmp_path / name)
+    mesh = read_mesh(tmp_path / name)
+    assert mesh.counts == {"hexahedron": 12}
+    assert mesh.partners == {"low": "high"}
+    assert mesh.kinds == {"low": "periodic", "high": "periodic", "hull": "wall"}
+    [pair] = pairs_of(mesh)
+    assert pair.names == ("low", "high")
+    assert len(pair.first) == 12
+    assert (np.trace(pair.turn) - 1) / 2 == pytest.approx(np.cos(ANGLE), abs=1e-6)
+    assert pair.turn @ AXIS == pytest.approx(AXIS, abs=1e-6)
+    moved = mesh.points.copy()
+    moved[mesh.marker_nodes("high")] += AXIS
+    assert broken(mesh, mesh.points + AXIS) == []
+    assert len(broken(mesh, moved)) == 1
+
+
+def test_shadow_zones_without_their_pairs_are_periodic_too(tmp_path):
+    path = tmp_path / "a.msh"
+    SPECIMENS["sector_fluent.msh"](path)
+    text = path.read_text()
+    text = text[: text.index("(18 ")]
+    path.write_text(text)  # neither pairs nor names: the types of the zones tell
+    assert read_mesh(path).kinds == {"zone 4": "periodic", "zone 5": "periodic", "zone 6": "wall"}
+
+
+@pytest.mark.parametrize("name", ["sector_double.cas", "sector_mixed.cas"])
+def test_vtk_finds_the_same_cells_in_binary_sections(tmp_path, name):
+    import vtk
+
+    SPECIMENS[name](tmp_path / name)
+    reader = vtk.vtkFLUENTReader()
+    reader.SetFileName(str(tmp_path / name))
+    reader.Update()
+    grid = reader.GetOutput().GetBlock(0)
+    assert grid.GetNumberOfCells() == 12
+    assert grid.GetNumberOfPoints() == len(read_mesh(tmp_path / name).points)
+
+
+def test_faces_of_eight_byte_numbers_are_understood(tmp_path):
+    path = tmp_path / "a.cas"
+    SPECIMENS["sector_double.cas"](path)
+    data = path.read_bytes()
+    parts = data.split(b"(3013 (")
+    wide = [parts[0]]
+    for part in parts[1:]:
+        head, rest = part.split(b")(", 1)
+        raw, rest = rest.split(b")\nEnd of Binary Section   3013)", 1)
+        numbers = np.frombuffer(raw, "<i4").astype("<i8").tobytes()
+        wide.append(head + b")(" + numbers + b")\nEnd of Binary Section   3013)" + rest)
+    path.write_bytes(b"(3013 (".join(wide))
+    assert read_mesh(path).counts == {"hexahedron": 12}
+
+
+@pytest.mark.parametrize(
+    "comment",
+    [
+        r'(0 "size:(3 \"x\" 2")',
+        '(0 "5" wide)',
+        r'(37 ((case-config ((rp-3d? . #t) (name "it\"s (open")))))',
+        r"(38 (mark #\( and #\"))",
+    ],
+)
+def test_quotation_marks_in_comments_and_settings_end_no_section(block, comment):
+    block.write_text(comment + "\n" + block.read_text())
+    assert read_mesh(block).counts == {"hexahedron": 12}
+
+
+def test_a_binary_section_that_is_too_short_is_refused(tmp_path):
+    path = tmp_path / "a.cas"
+    SPECIMENS["sector_double.cas"](path)
+    path.write_bytes(path.read_bytes().replace(b"(1 1 24 1 3)(", b"(1 1 25 1 3)("))
+    with pytest.raises(InputError, match=r"37 nodes announced|does not end"):
+        read_mesh(path)

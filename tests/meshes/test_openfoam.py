@@ -273,3 +273,36 @@ def test_a_compressed_file_of_several_members_is_read_whole(tmp_path):
     path.write_bytes(path.read_bytes()[:-9])
     with pytest.raises(InputError, match="damaged compression"):
         read_mesh(case)
+
+
+NESTED = """4
+(
+    front
+    {{
+        type cyclicAMI; nFaces 2; startFace {0};
+        surface {{ type triSurfaceMesh; name "a}}b.obj"; nFaces 9; inner {{ startFace 0; }} }}
+        neighbourPatch rear;
+    }}
+    rear {{ type cyclicAMI; nFaces 2; startFace {1}; neighbourPatch front; coupled {{}} }}
+    "a b" {{ surface {{ name x; }} type wall; inGroups 1(wall); nFaces 0; startFace {1}; }}
+    rest {{ type wall; nFaces {2}; startFace {3}; }}
+)
+"""
+
+
+def test_dictionaries_inside_a_patch_hide_nothing(tmp_path):
+    case = make(tmp_path / "case")
+    inner = len(block()[3])
+    outer = len(block()[1]) - inner
+    text = NESTED.format(inner, inner + 2, outer - 4, inner + 4)
+    (case / "constant" / "polyMesh" / "boundary").write_text(
+        HEADER.format(form="ascii", arch="", kind="list", name="boundary") + text
+    )
+    mesh = read_mesh(case)
+    assert mesh.marker_counts == {"front": 2, "rear": 2, "a b": 0, "rest": outer - 4}
+    assert mesh.kinds == {"front": "periodic", "rear": "periodic", "a b": "wall", "rest": "wall"}
+    assert mesh.partners == {"front": "rear", "rear": "front"}
+    boundary = case / "constant" / "polyMesh" / "boundary"
+    boundary.write_text(boundary.read_text().replace("coupled {}", "coupled {"))
+    with pytest.raises(InputError, match="does not end"):
+        read_mesh(case)

@@ -10,7 +10,9 @@ import pytest
 
 from ffdstudio import InputError, read_mesh, write_mesh
 from ffdstudio.meshes import MeshWarning
+from ffdstudio.meshes.boundary_checks import broken
 from ffdstudio.meshes.formats import su2
+from ffdstudio.meshes.pairs import pairs_of
 
 REAL = [
     "su2/mesh_NACA0012_inv.su2",
@@ -272,3 +274,64 @@ def test_an_unwritable_target_leaves_the_old_file(tmp_path):
     with pytest.raises(InputError, match="not a finite number"):
         write_mesh(mesh, tmp_path / "a.su2", np.full_like(mesh.points, np.nan))
     assert (tmp_path / "a.su2").read_bytes() == TRAPS
+
+
+HALO = """NDIME= 2
+NELEM= 2
+9 0 1 4 3
+9 1 2 5 4
+NPOIN= 6
+0 0
+1 0
+2 0
+0 1
+1 1
+2 1
+NMARK= {count}
+MARKER_TAG= floor
+MARKER_ELEMS= 1
+SEND_TO= 0 % a wall
+3 0 1
+{halos}"""
+SENT = "MARKER_TAG= SEND_RECEIVE\nMARKER_ELEMS= {}\n{}= {}\n{}\n"
+
+
+def halos(*rows: tuple[str, int, list[int]]) -> str:
+    parts = [
+        SENT.format(len(nodes), key, number, "\n".join(f"1 {n} 0" for n in nodes))
+        for key, number, nodes in rows
+    ]
+    return HALO.format(count=1 + len(rows), halos="".join(parts))
+
+
+@pytest.mark.parametrize("key", ["SEND_TO", "SEND_RECV"])
+@pytest.mark.parametrize("sign", [1, -1])
+def test_nodes_sent_and_received_are_partners_under_either_keyword(tmp_path, key, sign):
+    (tmp_path / "a.su2").write_text(halos((key, sign, [0, 3]), (key, -sign, [2, 5])))
+    mesh = read_mesh(tmp_path / "a.su2")
+    assert mesh.marker_counts == {"floor": 1, "SEND_RECEIVE": 4}
+    [pair] = pairs_of(mesh)
+    first, second = (pair.first, pair.second)[::sign]
+    assert (first.tolist(), second.tolist()) == ([0, 3], [2, 5])
+    bent = mesh.points + [0, 0.1, 0] * (mesh.points[:, :1] == 2)
+    [sentence] = broken(mesh, bent)
+    assert sentence.startswith("SEND_RECEIVE no longer match: 2 of 2 nodes")
+
+
+def test_two_directions_of_halos_are_kept_apart(tmp_path):
+    rows = [("SEND_RECV", 1, [0, 3]), ("SEND_RECV", -1, [2, 5])]
+    rows += [("SEND_RECV", 2, [0, 1, 2]), ("SEND_RECV", -2, [3, 4, 5])]
+    (tmp_path / "a.su2").write_text(halos(*rows))
+    mesh = read_mesh(tmp_path / "a.su2")
+    assert [pair.shift.tolist() for pair in pairs_of(mesh)] == [[2, 0, 0], [0, 1, 0]]
+    assert broken(mesh, mesh.points + [0.5, 0.25, 0]) == []
+
+
+@pytest.mark.parametrize("key", ["NDIME= 2\nNZONE= 2\n", "NZONE= 2\nNDIME= 2\n% all\n"])
+@pytest.mark.parametrize("again", [True, False])
+def test_what_stands_before_the_first_zone_is_said_of_all(tmp_path, key, again):
+    text = ZONES.decode().replace("NZONE= 2\n", "")
+    (tmp_path / "a.su2").write_text(key + (text if again else text.replace("NDIME= 2\n", "")))
+    mesh = read_mesh(tmp_path / "a.su2")
+    assert mesh.dimension == 2
+    assert mesh.marker_counts == {"zone 1": 1, "zone 1/wall": 1, "zone 2": 1, "zone 2/wall": 1}

@@ -9,6 +9,7 @@ from __future__ import annotations
 import gzip
 import re
 import zlib
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -24,6 +25,7 @@ from ffdstudio.meshes.topology import Indices
 _HEADER = re.compile(rb"FoamFile\s*\{([^{}]*)\}")
 _LIST = re.compile(rb"(\d+)\s*\(")
 _COMMENT = re.compile(rb"/\*.*?\*/|//[^\n]*", re.S)
+_TOKEN = re.compile(rb'"(?:[^"\\]|\\.)*"|[{}();]|[^\s{}();"]+')
 MOST = 200  # no file of ours unpacks to more than so many times its size
 
 
@@ -155,11 +157,31 @@ def packed(data: bytes) -> bytes:
 
 def dictionary(source: Source) -> list[tuple[str, dict[str, str]]]:
     """Entries of a list of dictionaries, such as the boundary file's patches."""
-    text = _COMMENT.sub(b"", source.data)
+    text = _COMMENT.sub(b" ", source.data)
     text = _HEADER.sub(b"", text)
     found = []
-    for match in re.finditer(rb'("[^"]*"|[^\s{}();"]+)\s*\{([^{}]*)\}', text):
-        words = re.findall(rb"([^\s;]+)\s+([^;]*);", match[2])
+    for name, body in _bodies(source, text):
+        words = re.findall(rb"([^\s;]+)\s+([^;]*);", body)
         values = {key.decode("latin-1"): value.strip().decode("latin-1") for key, value in words}
-        found.append((match[1].strip(b'"').decode("utf-8", "replace"), values))
+        found.append((name.strip(b'"').decode("utf-8", "replace"), values))
     return found
+
+
+def _bodies(source: Source, text: bytes) -> Iterator[tuple[bytes, bytes]]:
+    """Names of the outermost dictionaries with what is in them, dictionaries aside."""
+    depth, name, pieces, last, at = 0, b"", b"", b"", 0
+    for match in _TOKEN.finditer(text):
+        token = match[0]
+        if token == b"{":
+            if depth == 0:
+                name, pieces = last, b""
+            elif depth == 1:  # the word before a nested dictionary is its name
+                pieces = (pieces + text[at : match.start()]).rstrip()[: -len(last) or None]
+            depth, at = depth + 1, match.end()
+        elif token == b"}":
+            if depth == 1:
+                yield name, pieces + text[at : match.start()]
+            depth, at = max(depth - 1, 0), match.end()
+        last = token
+    if depth:
+        raise source.failure(f"the entry {name.decode('utf-8', 'replace')} does not end")

@@ -5,7 +5,9 @@
 2. ``%`` begins a comment anywhere. ``NDIME=2`` needs no blank. ``NPOIN=`` may hold two numbers
    (the second one leaves out halo nodes); lines may end in index columns, which are kept.
 3. Node indices count from 0 in each zone (``NZONE=``, ``IZONE=``).
-4. FFD boxes (``FFD_...``) are kept as they are; SU2_DEF would move the shape back by a stale
+4. Nodes that stand for each other in marker SEND_RECEIVE are linked: those sent (SEND_RECV= or
+   SEND_TO= with a positive number) with those received from that number, in their order.
+5. FFD boxes (``FFD_...``) are kept as they are; SU2_DEF would move the shape back by a stale
    one, so writing a moved mesh with a section that nobody replaced warns.
 
 Source: SU2 documentation, "Mesh File".
@@ -13,8 +15,9 @@ Source: SU2 documentation, "Mesh File".
 
 from __future__ import annotations
 
+import re
 import warnings
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -26,6 +29,7 @@ from ffdstudio.meshes.formats.number_table import Rows, read_rows
 from ffdstudio.meshes.formats.patch import TextTemplate
 from ffdstudio.meshes.formats.source import Source
 from ffdstudio.meshes.formats.su2_sections import Section, ffd_spans, sections_of, zones_of
+from ffdstudio.meshes.links import Link
 from ffdstudio.meshes.mesh import Markers, Mesh, MeshWarning
 from ffdstudio.meshes.topology import CORNERS, Array, Cells, Indices
 
@@ -129,6 +133,7 @@ def read(path: Path, data: bytes, progress: Progress) -> Mesh:
         {kind: np.concatenate(nodes) for kind, nodes in reader.cells.items()},
         reader.markers,
         dimension=starts.shape[1],
+        links=tuple(reader.links()),
         template=template,
     )
 
@@ -144,6 +149,7 @@ class _Reader:
         self.ends: list[Indices] = []
         self.cells: dict[str, list[Indices]] = {}
         self.markers: Markers = {}
+        self.halos: list[tuple[str, int, Indices]] = []  # marker, number of the partner, nodes
 
     def zone(self, name: str, sections: list[Section]) -> None:
         first = sum(map(len, self.points))
@@ -242,12 +248,16 @@ class _Reader:
                 tag = prefix + section.value.decode("utf-8", "replace")
             elif section.key == b"MARKER_ELEMS":
                 kept = section
-                if self._is_empty(section):  # SEND_RECV= stands before the elements
+                if self._is_empty(section):  # a keyword such as SEND_RECV= stands before them
                     continue
                 self._add(tag, self._elements(section, first, count))
-            elif section.key == b"SEND_RECV" and kept is not None:
+                kept = None
+            elif kept is not None and not self._is_empty(section, kept):
                 body = kept._replace(begin=section.begin, end=section.end)
-                self._add(tag, self._elements(body, first, count))
+                cells = self._elements(body, first, count)
+                self._add(tag, cells)
+                self._remember_halo(tag, section, cells)
+                kept = None
         announced = [section for section in sections if section.key == b"NMARK"]
         found = sum(section.key in (b"MARKER_TAG", b"MARKERTAG") for section in sections)
         for section in announced[:1]:
@@ -256,10 +266,29 @@ class _Reader:
                     section.place, f"NMARK= announces {self._count(section)} markers, found {found}"
                 )
 
-    def _is_empty(self, section: Section) -> bool:
-        return (
-            not self.source.data[section.begin : section.end].strip() and self._count(section) > 0
-        )
+    def _is_empty(self, section: Section, counted: Section | None = None) -> bool:
+        """Whether no line follows where elements are announced."""
+        lines = self.source.data[section.begin : section.end].splitlines()
+        solid = any(line.split(b"%")[0].strip() for line in lines)
+        return not solid and self._count(counted or section) > 0
+
+    def _remember_halo(self, tag: str, section: Section, cells: Cells) -> None:
+        """Keep the nodes that are sent (a positive number) or received."""
+        word = (section.value.split() or [b""])[0]
+        if section.key in (b"SEND_RECV", b"SEND_TO") and re.fullmatch(rb"[-+]?\d{1,9}", word):
+            self.halos.append((tag, int(word), cells.get("vertex", np.empty((0, 1), int)).ravel()))
+
+    def links(self) -> Iterator[Link]:
+        """Nodes sent with those received, where there are as many."""
+        waiting = list(self.halos)
+        while waiting:
+            tag, number, nodes = waiting.pop(0)
+            fits = (row for row in waiting if row[:2] == (tag, -number))
+            other = next((row for row in fits if len(row[2]) == len(nodes)), None)
+            if other is not None and len(nodes):
+                waiting = [row for row in waiting if row is not other]
+                sent, received = (nodes, other[2]) if number > 0 else (other[2], nodes)
+                yield Link((tag,), sent, received)
 
     def _add(self, tag: str, cells: Cells) -> None:
         """Add a marker; one that comes in several parts is joined."""

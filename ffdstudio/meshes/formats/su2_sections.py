@@ -45,8 +45,12 @@ def zones_of(source: Source, sections: list[Section]) -> list[tuple[str, list[Se
             zones.append((f"zone {section.value.decode('latin-1')}", []))
         else:
             zones[-1][1].append(section)
-    if len(zones) > 1 and not zones[0][1]:
-        del zones[0]
+    if len(zones) > 1 and not any(section.key == b"NPOIN" for section in zones[0][1]):
+        # what stands before the first zone is said of all of them
+        _, common = zones.pop(0)
+        keys = [{section.key for section in part} for _, part in zones]
+        for own, (_, part) in zip(keys, zones, strict=True):
+            part += [section for section in common if section.key not in own]
     if len(zones) != declared:
         raise source.failure(f"NZONE= announces {declared} zones, the file has {len(zones)}")
     return zones if declared > 1 else [("", zones[0][1])]
