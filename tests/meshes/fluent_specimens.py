@@ -88,6 +88,6 @@ def fluent_sector(path: Path, binary: int = 0, mixed: bool = False) -> None:
     pairs.reverse()  # in no order of the zones
     joined = "\n".join(pairs)
     parts.append(f"(18 (1 {len(pairs):x} 4 5)(\n{joined}))\n".encode())
-    names = "(45 (2 fluid air)())\n(45 (3 interior inside)())\n(45 (4 periodic low)())\n(45 (5 shadow high)())\n"
-    parts.append((names + "(45 (6 wall hull)())\n").encode())
+    names = ["2 fluid air", "3 interior inside", "4 periodic low", "5 shadow high", "6 wall hull"]
+    parts += [f"(45 ({name})())\n".encode() for name in names]
     path.write_bytes(b"".join(parts))
