@@ -46,9 +46,42 @@ def is_folder(path: str | os.PathLike[str]) -> bool:
         return False
 
 
+def is_file(path: str | os.PathLike[str]) -> bool:
+    """Whether there is a file; what cannot be looked at is none."""
+    try:
+        return Path(path).is_file()
+    except (OSError, ValueError):
+        return False
+
+
 def is_same(path: str | os.PathLike[str], other: str | os.PathLike[str]) -> bool:
     """Whether both names are of one file or folder that is there."""
     try:
         return Path(path).samefile(other)
     except (OSError, ValueError):
         return False
+
+
+def inside(folder: str | os.PathLike[str], name: str) -> Path:
+    """Return the path of a file below a folder, wherever symbolic links lead.
+
+    For names that come out of a file, and for folders that someone else may have filled: a
+    link in there must not make us read or write elsewhere.
+
+    Raises
+    ------
+    InputError
+        If the path leaves the folder.
+
+    Examples
+    --------
+    >>> inside("/tmp", "a/../../etc/passwd")
+    Traceback (most recent call last):
+        ...
+    ffdstudio.errors.InputError: 'a/../../etc/passwd' leaves the folder /tmp
+    """
+    path = Path(folder, name)
+    real, home = os.path.realpath(path), os.path.realpath(folder)
+    if real != home and not real.startswith(os.path.join(home, "")):  # noqa: PTH118
+        raise InputError(f"{name!r} leaves the folder {os.fspath(folder)}")
+    return path

@@ -8,7 +8,6 @@
 from __future__ import annotations
 
 import argparse
-import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -20,13 +19,13 @@ from ffdstudio.engine.boxes import Frame
 from ffdstudio.engine.frozen import leaves_some
 from ffdstudio.errors import InputError
 from ffdstudio.exchange import write_lattice
+from ffdstudio.limits import check_control_points
 from ffdstudio.meshes import Mesh, read_mesh
 from ffdstudio.meshes.planes import planes_of
 from ffdstudio.project.checks.freezing import Face, advice, face_name, suggested
 from ffdstudio.project.checks.plane_snapping import seat_sentence, seated
 
 NEAR = 0.1  # of the shape's largest extent
-MOST = 1_000_000  # control points; no file or solver has room for more
 
 
 def add(parser: argparse.ArgumentParser) -> None:
@@ -146,12 +145,10 @@ def _closeness(lattice: Lattice, nodes: np.ndarray, faces: list[Face]) -> str:
 
 
 def _shape(counts: Sequence[int]) -> tuple[int, ...]:
-    points = math.prod(counts)
-    if points > MOST:
-        raise InputError(
-            f"--shape {sized(tuple(counts))}: these are {points:,} control points, "
-            f"more than the {MOST:,} that a lattice may have"
-        )
+    try:
+        check_control_points(counts)
+    except InputError as error:
+        raise InputError(f"--shape: {error}") from None
     return tuple(counts)
 
 

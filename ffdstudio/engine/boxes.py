@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from ffdstudio.engine import knots as kv
 from ffdstudio.engine.knots import Array
 from ffdstudio.errors import InputError
+from ffdstudio.limits import check_control_points
 
 
 class Frame(NamedTuple):
@@ -74,6 +75,7 @@ def box_net(
 ) -> tuple[list[Array], Array, Array, list[int]]:
     """Knots, control points, axes and degrees of a box lattice."""
     counts = [_count(n) for n in _listed(shape, "shape")]
+    check_control_points(counts)
     frame = Frame.of(axes, len(counts))
     given = degrees if degrees is None else _listed(degrees, "degrees")
     degrees = [min(3, n - 1) for n in counts] if given is None else given

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ffdstudio import limits
 from ffdstudio.errors import InputError
 
 Array = NDArray[np.float64]
@@ -73,6 +74,7 @@ def clamped_uniform(count: int, degree: int, lower: float = 0.0, upper: float = 
     >>> clamped_uniform(5, 3)
     array([0. , 0. , 0. , 0. , 0.5, 1. , 1. , 1. , 1. ])
     """
+    limits.check_control_points((count,))
     check_degree(count, degree)
     breaks = np.linspace(lower, upper, count - degree + 1)
     return np.concatenate([np.full(degree, breaks[0]), breaks, np.full(degree, breaks[-1])])
@@ -121,6 +123,7 @@ def check_degree(count: int, degree: int, direction: str = "") -> None:
         raise InputError(
             f"degree {degree}{where} needs at least {degree + 1} control points, got {count}"
         )
+    limits.check_degree(degree, where)
 
 
 def checked(knots: ArrayLike, degree: int, count: int, direction: str = "") -> Array:

@@ -15,6 +15,7 @@ from ffdstudio.engine.evaluate import evaluate
 from ffdstudio.engine.knots import DIRECTIONS, Array
 from ffdstudio.engine.transfer import along
 from ffdstudio.errors import InputError
+from ffdstudio.limits import check_control_points
 
 
 class Lattice:
@@ -73,6 +74,7 @@ class Lattice:
     ) -> None:
         points = _points(control_points)
         shape = points.shape[:-1]
+        check_control_points(shape)
         if len(degrees) != len(shape) or len(knots) != len(shape):
             raise InputError(
                 f"a net of {len(shape)} directions needs as many degrees and knot vectors, "

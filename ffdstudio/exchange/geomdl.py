@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 
+from ffdstudio.containers.strictjson import field, loads, objects, table
 from ffdstudio.engine import Lattice
 from ffdstudio.errors import InputError
 from ffdstudio.exchange.conversion import Rules, adapted
 from ffdstudio.exchange.latticefile import Exactness, LatticeFile
-from ffdstudio.exchange.strictjson import field, loads, objects, table
 from ffdstudio.exchange.text import chosen, naming
 from ffdstudio.files import write_bytes
 

@@ -6,6 +6,7 @@ then the control points, u fastest; rational ones as ``wx wy wz w``.
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
 import numpy as np
@@ -18,6 +19,7 @@ from ffdstudio.exchange.latticefile import Exactness, LatticeFile
 from ffdstudio.exchange.nets import from_rows, own_axes, to_rows
 from ffdstudio.exchange.text import chosen, integer, naming, tokens, vector
 from ffdstudio.files import write_bytes
+from ffdstudio.limits import check_control_points
 
 RULES = Rules("GoTools .g2", dimensions=(1, 2, 3))
 DIRECTIONS = {b"100": 1, b"200": 2, b"700": 3}
@@ -94,7 +96,10 @@ def _object(words: _Words) -> Lattice:
         shape.append(n)
         degrees.append(order - 1)
         knots.append(vector(words.take(n + order), words.name))
-    count = int(np.prod(shape, dtype=object))
+    if not shape or min(shape) < 2:
+        raise InputError("a direction needs at least 2 control points")
+    check_control_points(shape)
+    count = math.prod(shape)
     rows = vector(words.take(count * (space + rational)), words.name)
     return _lattice(degrees, knots, from_rows(rows.reshape(count, -1), shape), rational)
 

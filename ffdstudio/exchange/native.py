@@ -13,10 +13,10 @@ from typing import Any
 
 import numpy as np
 
+from ffdstudio.containers.strictjson import check_version, field, loads
 from ffdstudio.engine import Lattice
 from ffdstudio.errors import InputError
 from ffdstudio.exchange.latticefile import Exactness, LatticeFile
-from ffdstudio.exchange.strictjson import check_version, field, loads
 from ffdstudio.exchange.text import chosen, naming
 from ffdstudio.files import write_bytes
 

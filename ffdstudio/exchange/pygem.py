@@ -18,8 +18,9 @@ from ffdstudio.engine.knots import Array, clamped_uniform
 from ffdstudio.errors import InputError
 from ffdstudio.exchange.conversion import Rules, adapted
 from ffdstudio.exchange.latticefile import Exactness, LatticeFile
-from ffdstudio.exchange.text import chosen, integer, vector
+from ffdstudio.exchange.text import chosen, integer, naming, vector
 from ffdstudio.files import write_bytes
+from ffdstudio.limits import check_control_points
 
 
 def _degree(count: int, degree: int) -> int:
@@ -27,7 +28,6 @@ def _degree(count: int, degree: int) -> int:
 
 
 RULES = Rules("PyGeM .prm", uniform=True, weights=False, degree=_degree, one_net=False)
-MAX_POINTS = 1_000_000
 
 
 def recognises(data: bytes) -> bool:
@@ -53,9 +53,13 @@ def read(data: bytes, name: str, block: int | str | None = None) -> LatticeFile:
     except KeyError as error:
         raise InputError(f"{name}: {error.args[0]!r} is missing") from None
     except configparser.Error as error:
-        raise InputError(f"{name}: {error.message}") from None
-    if min(counts) < 2 or counts[0] * counts[1] * counts[2] > MAX_POINTS:
+        lines = getattr(error, "errors", [])  # of a ParsingError, but not of all kinds
+        place = f", line {lines[0][0]}" if lines else ""
+        raise InputError(f"{name}{place}: these are no sections of PyGeM parameters") from None
+    if min(counts) < 2:
         raise InputError(f"{name}: {counts} control points: each direction needs at least 2")
+    with naming(name):
+        check_control_points(counts)
     if not (length > 0).all():
         raise InputError(f"{name}: the lengths of the box must be positive")
     net, span = _box(tuple(counts), length, origin, angles)

@@ -20,6 +20,7 @@ from ffdstudio.exchange.latticefile import Exactness, LatticeFile
 from ffdstudio.exchange.su2text import Box
 from ffdstudio.exchange.text import chosen, integer, naming, vector
 from ffdstudio.files import write_bytes
+from ffdstudio.limits import check_control_points
 
 RULES = Rules("an SU2 configuration", dimensions=(2, 3), uniform=True, weights=False)
 
@@ -94,6 +95,8 @@ def _lattice(
         raise InputError(
             f"{name}: FFD_DEGREE needs three numbers, of at least 1 where there is room"
         )
+    with naming(f"{name}: FFD box {tag}"):
+        check_control_points(counts[:dimension])
     used = corners[:4, :2] if flat else corners
     order = None if orders is None else tuple(orders[:dimension])
     box = Box(tag, 0, tuple(counts[:dimension]), order, [], [], used, None)

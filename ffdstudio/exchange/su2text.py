@@ -19,9 +19,11 @@ import numpy as np
 
 from ffdstudio.engine.knots import Array
 from ffdstudio.errors import InputError
-from ffdstudio.exchange.text import integer, shown, vector
+from ffdstudio.exchange.text import integer, naming, shown, vector
+from ffdstudio.limits import check_control_points
 
-MAX_POINTS = 10_000_000
+MAX_POINTS = 10_000_000  # nodes that a box may have cached
+MAX_BOXES = 10_000
 
 
 @dataclass
@@ -79,6 +81,8 @@ def _sections(data: bytes, name: str, dimension: int, most: int | None = None) -
         reader = _Reader(data, begin.start(), name)
         count = reader.number("FFD_NBOX")
         levels = reader.number("FFD_NLEVEL")
+        if count > MAX_BOXES:
+            raise InputError(f"{name}: FFD_NBOX= {count} is out of range")
         boxes = [_box(reader, dimension) for _ in range(count)]
         tags = [box.tag for box in boxes]
         if len(set(tags)) < len(tags):
@@ -198,6 +202,8 @@ def _box(reader: _Reader, dimension: int) -> Box:
     if dimension == 2:
         reader.optional("FFD_DEGREE_K")
         counts.append(2)
+    with naming(reader.name):
+        check_control_points(counts)
     blending = reader.optional("FFD_BLENDING") or b"BEZIER"  # what SU2 takes without it
     if blending not in (b"BEZIER", b"BSPLINE_UNIFORM"):
         raise InputError(f"{reader.name}: FFD_BLENDING= {shown(blending)} is not known")

@@ -4,14 +4,17 @@ import io
 import json
 import os
 import shutil
+import tracemalloc
 import zipfile
 
 import numpy as np
 import pytest
 
 from ffdstudio import InputError, Lattice, Project
-from ffdstudio.project.files import archive
+from ffdstudio.project.files import archive, references
+from ffdstudio.project.files.opening import read_record
 from ffdstudio.project.files.records import BodyRecord, LatticeRecord, ProjectFile
+from ffdstudio.project.files.references import on_disk
 from ffdstudio.project.files.storage import read_project, write_project
 
 MESH = b"NDIME= 2\nNELEM= 1\n5 0 1 2\nNPOIN= 3\n0 0\n1 0\n0 1\nNMARK= 0\n"
@@ -240,13 +243,99 @@ def test_an_array_that_is_none_is_refused(folder, entry):
         read_project(path)
 
 
-@pytest.mark.parametrize("name", ["../evil.txt", "/etc/evil", "a/../../evil", "c:evil", "a\\evil"])
+OUTSIDE = ["../evil.txt", "/etc/evil", "a/../../evil", "c:evil", "a\\evil", "a\nb", "a/\x1b[1m"]
+OUTSIDE += ["meshes/0//etc/evil", "a//b", "a/./b", "a/ /b", "a/.../b", "./a", "a/"]
+
+
+@pytest.mark.parametrize("name", OUTSIDE[:-1])
 def test_entries_that_leave_the_archive_are_refused(folder, name):
     path = folder / "p.ffdproj"
     write_project(path, content(folder))
     rewritten(path, entries={name: b"x"})
     with pytest.raises(InputError, match="leaves its folder"):
         read_project(path)
+
+
+def test_a_packed_mesh_is_never_laid_out_elsewhere(folder, tmp_path_factory):
+    """The double slash of ``meshes/0//path`` would make the rest of it absolute."""
+    victim = tmp_path_factory.mktemp("victim") / "victim.su2"
+    victim.write_bytes(b"precious")
+    for entry in (f"meshes/0/{victim}", f"meshes/0//{victim}", f"meshes/0/../..{victim}"):
+        path = folder / "p.ffdproj"
+        write_project(path, content(folder), pack_meshes=True)
+        rewritten(path, lambda m, e=entry: m["bodies"][0].update(packed=[e]), {entry: MESH})
+        with pytest.raises(InputError, match="leaves its folder"):
+            read_project(path)
+    record = BodyRecord("b", victim, packed={f"/{victim}": MESH, "../x/a.su2": MESH})
+    with pytest.raises(InputError, match="leaves the folder"), on_disk(record):
+        pass
+    assert victim.read_bytes() == b"precious"
+
+
+def test_a_symbolic_link_in_the_archive_is_refused(folder):
+    path = folder / "p.ffdproj"
+    write_project(path, content(folder))
+    link = zipfile.ZipInfo("meshes/0/a.su2")
+    link.external_attr = 0o120777 << 16
+    with zipfile.ZipFile(path, "a") as archived:
+        archived.writestr(link, "/etc/passwd")
+    with pytest.raises(InputError, match="symbolic link"):
+        read_project(path)
+
+
+@pytest.mark.parametrize("inner", ["[" * 300 + "]" * 300, '{"a":' * 70 + "1" + "}" * 70])
+def test_nested_sections_are_refused(folder, inner):
+    path = folder / "p.ffdproj"
+    write_project(path, content(folder))
+    text = json.dumps(manifest(path) | {"sections": "HERE"}).replace('"HERE"', f'{{"a": {inner}}}')
+    rewritten(path, entries={"manifest.json": text.encode()})
+    with pytest.raises(InputError, match="nested too deeply"):
+        read_project(path)
+
+
+def test_a_manifest_of_empty_objects_is_refused_in_little_memory(folder):
+    path = folder / "p.ffdproj"
+    write_project(path, content(folder))
+    text = json.dumps(manifest(path) | {"sections": "HERE"}).encode()
+    many = b'{"a": [' + b"{}," * 1_000_000 + b"{}]}"
+    rewritten(path, entries={"manifest.json": text.replace(b'"HERE"', many)})
+    tracemalloc.start()
+    with pytest.raises(InputError, match="lists and objects"):
+        read_project(path)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert peak < 20 * len(many)
+
+
+@pytest.mark.parametrize("path", ["/proc", "/", "/dev"])
+def test_a_body_that_is_a_whole_disk_is_a_problem(folder, path, monkeypatch):
+    monkeypatch.setattr(references, "MOST_FILES", 20_000)
+    project = folder / "p.ffdproj"
+    write_project(project, content(folder))
+    rewritten(project, lambda m: m["bodies"][0].update(path=path))
+    found = read_project(project)
+    assert len(found.problems) == 1
+    assert path in found.problems[0]
+
+
+SETTINGS = [
+    {"hidden_markers": 10**40},
+    {"hidden_markers": "wall"},
+    {"hidden_markers": [["wall"], {}, 3, None]},
+    {"boxes": ["update"]},
+    {"boxes": {"a": 1}},
+    {"boxes": 1e300},
+]
+
+
+@pytest.mark.parametrize("settings", SETTINGS)
+def test_settings_of_another_type_are_left_aside(folder, settings):
+    path = folder / "p.ffdproj"
+    write_project(path, content(folder))
+    rewritten(path, lambda m: m["bodies"][0].update(settings=settings))
+    opened = read_record(read_project(path).bodies[0]).command
+    assert opened.hidden_markers == ()
+    assert opened.boxes == "update"
 
 
 def test_a_bomb_is_refused_before_it_is_unpacked(folder, monkeypatch):

@@ -195,8 +195,7 @@ def _group(source: Source, group: Any, path: str, depth: int) -> Node:
     if _attribute(group, "type") == "LK":
         raise source.failure(f"node {node.name} is a link into another file")
     for name in group:
-        link = group.get(name, getlink=True)
-        if not isinstance(link, h5py.HardLink):
+        if not is_inside(group, name):
             continue
         item = group[name]
         if name == " data" and isinstance(item, h5py.Dataset):
@@ -206,12 +205,36 @@ def _group(source: Source, group: Any, path: str, depth: int) -> Node:
     return node
 
 
+def is_inside(group: Any, name: str) -> bool:
+    """Whether a member of a group is no link, which may lead into another file or in circles."""
+    import h5py
+
+    return isinstance(group.get(name, getlink=True), h5py.HardLink)
+
+
 def _dataset(source: Source, node: Node, item: Any, path: str) -> None:
     """Take the data of a node; strings are stored as small integers."""
-    if item.size * item.dtype.itemsize > 20 * len(source.data) + 10_000_000:
-        raise source.failure(f"the data of {node.name} claims an impossible size")
+    values = values_of(source, item, f"the data of {node.name}")
     offset = item.id.get_offset()
     node.place = -1 if offset is None else offset
     node.path, node.dtype = path, item.dtype
     node.dims = item.shape[::-1]
-    node.data = np.asarray(item[()]).ravel()
+    node.data = values.ravel()
+
+
+def values_of(source: Source, item: Any, what: str) -> NDArray[Any]:
+    """Read an HDF5 dataset that lies in its file; every reader of HDF5 reads through here.
+
+    A dataset may name any other file as its storage: reading would then show that file's
+    bytes as coordinates, and writing the mesh would overwrite it.
+
+    Raises
+    ------
+    InputError
+        If the data lies in other files, or is larger than the file can make it.
+    """
+    if item.external or item.is_virtual:
+        raise source.failure(f"{what} lies in another file, which is not opened")
+    if item.size * item.dtype.itemsize > 20 * len(source.data) + 10_000_000:
+        raise source.failure(f"{what} claims an impossible size")
+    return np.asarray(item[()])

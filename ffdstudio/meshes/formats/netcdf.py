@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ffdstudio.errors import InputError
-from ffdstudio.meshes.formats.cgns_nodes import HDF_ERRORS, opened
+from ffdstudio.meshes.formats.cgns_nodes import HDF_ERRORS, is_inside, opened, values_of
 from ffdstudio.meshes.formats.source import Source
 
 KINDS = {
@@ -152,8 +152,11 @@ def _hdf5(source: Source) -> dict[str, Variable]:
     with contextlib.ExitStack() as stack:
         file = stack.enter_context(opened(source))
         try:
+            inside = {name: file[name] for name in file if is_inside(file, name)}
             return {
-                name: _variable(source, name, file[name]) for name in file if _is_data(file[name])
+                name: _variable(source, name, item)
+                for name, item in inside.items()
+                if _is_data(item)
             }
         except HDF_ERRORS as error:
             if isinstance(error, InputError):
@@ -166,8 +169,7 @@ def _is_data(item: Any) -> bool:
 
 
 def _variable(source: Source, name: str, item: Any) -> Variable:
-    if item.size * item.dtype.itemsize > 20 * len(source.data) + 10_000_000:
-        raise source.failure(f"variable {name} claims an impossible size")
+    values = values_of(source, item, f"variable {name}")
     offset = item.id.get_offset()
     attributes: dict[str, str] = {}
     for key in (key for key in ATTRIBUTES_USED if key in item.attrs):
@@ -175,4 +177,4 @@ def _variable(source: Source, name: str, item: Any) -> Variable:
         text = value.decode("utf-8", "replace") if isinstance(value, bytes) else value
         attributes |= {key: text} if isinstance(text, str) else {}
     place = -1 if offset is None else offset
-    return Variable(name, item.shape, item.dtype, place, np.asarray(item[()]), attributes)
+    return Variable(name, item.shape, item.dtype, place, values, attributes)

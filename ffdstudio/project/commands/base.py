@@ -41,6 +41,8 @@ def where(
 ) -> tuple[np.ndarray, ...]:
     """Return index arrays of control points, checked."""
     shape = item.rest.shape
+    if any(len(point) != len(shape) for point in points):
+        raise InputError(f"a control point of {item.name} has {len(shape)} indices")
     rows = np.array(points if len(points) else np.zeros((0, len(shape)), dtype=int))
     if rows.shape != (len(points), len(shape)) or rows.dtype.kind != "i":
         raise InputError(f"a control point of {item.name} has {len(shape)} indices")

@@ -9,9 +9,9 @@
 from __future__ import annotations
 
 import io
+import stat
 import zipfile
 import zlib
-from pathlib import PurePosixPath
 
 from ffdstudio.errors import InputError
 
@@ -77,6 +77,8 @@ def _check(infos: list[zipfile.ZipInfo], packed: int, name: str) -> None:
     for entry in names:
         if not is_plain(entry):
             raise InputError(f"{name}: holds an entry that leaves its folder: {entry!r}")
+    if any(stat.S_ISLNK(info.external_attr >> 16) for info in infos):
+        raise InputError(f"{name}: holds a symbolic link, which no project does")
     total = sum(info.file_size for info in infos)
     if total > max(ALWAYS_FINE, min(MAX_BYTES, MAX_RATIO * packed)):
         raise InputError(f"{name}: would unpack to {total} bytes, which no project does")
@@ -85,11 +87,16 @@ def _check(infos: list[zipfile.ZipInfo], packed: int, name: str) -> None:
 def is_plain(path: str) -> bool:
     """Whether a name stays below the folder it is put into, on every system.
 
+    Every part between two slashes has to be a name: an empty one would make the rest absolute
+    as soon as someone cuts the front off.
+
     Examples
     --------
     >>> [is_plain(p) for p in ("a/b", "../b", "/b", "c:b", "a|b".replace("|", chr(92)), "")]
     [True, False, False, False, False, False]
+    >>> is_plain("meshes/0//etc/passwd"), is_plain("a/./b"), is_plain("a/ /b")
+    (False, False, False)
     """
-    parts = PurePosixPath(path).parts
-    bad = any(part in ("..", "/") for part in parts) or any(c in path for c in "\\:\0")
-    return bool(parts) and not bad and not path.startswith("/")
+    parts = path.split("/")
+    odd = any(letter in path for letter in "\\:") or not path.isprintable()
+    return not odd and not any(part.strip(" .") == "" for part in parts)

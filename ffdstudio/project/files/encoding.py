@@ -12,9 +12,10 @@ from typing import Any
 
 import numpy as np
 
+from ffdstudio.containers import npy
+from ffdstudio.containers.strictjson import field
 from ffdstudio.engine import Lattice
 from ffdstudio.errors import InputError
-from ffdstudio.exchange.strictjson import field
 
 ARRAY, LATTICE = "$array", "$lattice"
 
@@ -102,23 +103,7 @@ def _read_array(entry: str, entries: Mapping[str, bytes], name: str) -> Any:
     if entry not in entries:
         raise InputError(f"{name}: the array {entry} is missing")
     try:
-        array = _load(entries[entry])
-    except (ValueError, EOFError, OverflowError):
+        array = npy.loads(entries[entry])
+    except ValueError:
         raise InputError(f"{name}: the array {entry} is damaged") from None
     return array if array.ndim else array.item()
-
-
-def _load(data: bytes) -> np.ndarray:
-    """`np.load` without pickle, whose header cannot make it allocate more than there is."""
-    stream = io.BytesIO(data)
-    version = np.lib.format.read_magic(stream)
-    if version != (1, 0):
-        raise ValueError(version)
-    shape, _, dtype = np.lib.format.read_array_header_1_0(stream)
-    size = dtype.itemsize
-    for length in shape:
-        size *= length
-    if dtype.kind not in "biuf" or size != len(data) - stream.tell():
-        raise ValueError(dtype)
-    stream.seek(0)
-    return np.load(stream, allow_pickle=False)

@@ -16,8 +16,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from ffdstudio.containers.strictjson import field, loads
 from ffdstudio.errors import InputError
-from ffdstudio.exchange.strictjson import field, loads
 from ffdstudio.files import read_bytes, write_bytes
 from ffdstudio.project.commands import Activate, AddLattice, Command, OpenMesh
 from ffdstudio.project.files import references

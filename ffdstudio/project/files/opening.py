@@ -50,15 +50,16 @@ def read_record(record: BodyRecord, progress: Progress = no_progress) -> Opened:
 
 def command_of(record: BodyRecord, mesh: Mesh) -> OpenMesh:
     """Return the command that adds a stored body."""
-    hidden, boxes = record.settings.get("hidden_markers", []), record.settings.get("boxes")
+    hidden, boxes = record.settings.get("hidden_markers"), record.settings.get("boxes")
+    names = [name for name in hidden if isinstance(name, str)] if isinstance(hidden, list) else []
     return OpenMesh(
         path=os.fspath(record.path),
         sha256=record.sha256,
         name=record.name,
         visible=record.visible,
         colour=record.colour,
-        hidden_markers=tuple(name for name in hidden if name in mesh.markers),
-        boxes=boxes if boxes in BOXES else "update",
+        hidden_markers=tuple(name for name in names if name in mesh.markers),
+        boxes=boxes if isinstance(boxes, str) and boxes in BOXES else "update",
         mesh=mesh,
         packed=record.packed,
     )

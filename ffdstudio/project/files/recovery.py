@@ -23,8 +23,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import IO, Any
 
+from ffdstudio.containers.strictjson import loads
 from ffdstudio.errors import InputError
-from ffdstudio.exchange.strictjson import loads
 from ffdstudio.files import read_bytes, write_bytes
 from ffdstudio.project.files.journal import Journal
 from ffdstudio.project.files.records import ProjectFile

@@ -14,6 +14,7 @@ from pathlib import Path
 
 from ffdstudio.errors import InputError
 from ffdstudio.files import read_bytes
+from ffdstudio.paths import exists, inside, is_file
 from ffdstudio.project.files.records import BodyRecord
 
 
@@ -36,16 +37,48 @@ def absolute(stored: str, folder: Path) -> Path:
     return Path(os.path.normpath(folder / stored))
 
 
+MOST_FILES = 200_000  # of a case, with all its decomposed and written times
+
+
 def files_of(path: Path) -> dict[str, Path]:
     """Files of a mesh by name, each relative to the mesh's own folder."""
     if not path.is_dir():
         return {path.name: path}
-    files = (p for p in path.rglob("polyMesh/**/*") if p.is_file())
-    inside = sorted(p for p in files if not p.name.startswith("."))  # what a crash has left
+    inside = sorted(_below(path))
     found = {f"{path.name}/{p.relative_to(path).as_posix()}": p for p in inside}
     if not found:
         raise InputError(f"{path}: a folder without an OpenFOAM polyMesh in it is no mesh")
     return found
+
+
+def _below(folder: Path) -> Iterator[Path]:
+    """Files in the ``polyMesh`` folders of a case, but for hidden ones, which a crash may leave.
+
+    A path out of a project may be that of a whole disk, or of ``/proc``: no link is followed
+    but that of a mesh to another case, no other disk is entered, and there is an end.
+    """
+    seen, disk = 0, _disk_of(folder.resolve())
+    for place, folders, files in os.walk(folder, followlinks=True):
+        here = Path(place)
+        folders[:] = [name for name in folders if _is_entered(here / name, disk)]
+        seen += len(folders) + len(files)
+        if seen > MOST_FILES:
+            raise InputError(f"{folder}: more than {MOST_FILES:,} files are no OpenFOAM case")
+        if "polyMesh" in here.relative_to(folder).parts:
+            yield from (here / n for n in files if not n.startswith(".") and is_file(here / n))
+
+
+def _is_entered(folder: Path, disk: int) -> bool:
+    if folder.is_symlink():
+        return folder.name == "polyMesh" and "polyMesh" not in folder.parent.parts
+    return _disk_of(folder) == disk
+
+
+def _disk_of(path: Path) -> int:
+    try:
+        return path.lstat().st_dev
+    except OSError:
+        return -1
 
 
 def contents(body: BodyRecord) -> dict[str, bytes]:
@@ -78,13 +111,20 @@ def problem_with(body: BodyRecord) -> str | None:
         if fingerprint(body.packed) != body.sha256:
             return f"{body.name}: the mesh packed into the project is not the one saved"
         return None
-    if not body.path.exists():
+    if _is_elsewhere(body.path):
+        return f"{body.name}: {body.path} lies on another computer, which is not asked for it"
+    if not exists(body.path):
         return f"{body.name}: {body.path} is missing"
     try:
         same = fingerprint(contents(body)) == body.sha256
     except InputError as error:
         return f"{body.name}: {error}"
     return None if same else f"{body.name}: {body.path} has changed since the project was saved"
+
+
+def _is_elsewhere(path: Path) -> bool:
+    """Whether Windows would log in at another computer to look at a path."""
+    return os.name == "nt" and os.fspath(path).startswith(("\\\\", "//"))
 
 
 @contextmanager
@@ -97,7 +137,7 @@ def on_disk(body: BodyRecord) -> Iterator[Path]:
         try:
             folder = stack.enter_context(tempfile.TemporaryDirectory(prefix="ffdstudio-"))
             for name, data in body.packed.items():
-                target = Path(folder, name)
+                target = inside(folder, name)
                 target.parent.mkdir(parents=True, exist_ok=True)
                 target.write_bytes(data)
         except OSError as error:

@@ -17,9 +17,9 @@ from pathlib import Path
 from typing import Any
 
 import ffdstudio
+from ffdstudio.containers.strictjson import check_version, field, loads
 from ffdstudio.engine import Lattice
 from ffdstudio.errors import InputError
-from ffdstudio.exchange.strictjson import check_version, field, loads
 from ffdstudio.files import read_bytes, write_bytes
 from ffdstudio.project.files import archive, references
 from ffdstudio.project.files.encoding import decode, encode
@@ -27,6 +27,7 @@ from ffdstudio.project.files.records import BodyRecord, LatticeRecord, ProjectFi
 
 FORMAT, SCHEMA = "ffdstudio-project", 1
 MANIFEST = "manifest.json"
+MOST_PARTS = 200_000  # lists and objects in the manifest; numbers are in arrays
 
 
 def write_project(
@@ -76,7 +77,7 @@ def read_project(path: str | os.PathLike[str]) -> ProjectFile:
     entries = archive.unpack(read_bytes(path), name)
     if MANIFEST not in entries:
         raise InputError(f"{name}: no project file (it has no {MANIFEST})")
-    manifest = loads(entries[MANIFEST], name)
+    manifest = loads(entries[MANIFEST], name, MOST_PARTS)
     _check_schema(manifest, name)
     folder = Path(os.path.realpath(path)).parent
     content = ProjectFile(

@@ -8,15 +8,27 @@ from typing import Any
 import numpy as np
 
 from ffdstudio.errors import InputError
+from ffdstudio.limits import check_nesting
+
+MAX_CONTAINERS = 2_000_000  # lists and objects in one file: each costs the memory of many letters
 
 
-def loads(data: bytes, name: str) -> dict[str, Any]:
-    """Return the JSON object in `data`; `name` is what the file is called in messages.
+def loads(data: bytes, name: str, most: int = MAX_CONTAINERS) -> dict[str, Any]:
+    """Return the JSON object in `data`.
+
+    Parameters
+    ----------
+    data : bytes
+        UTF-8, with a byte-order mark or without.
+    name : str
+        What the file is called in messages.
+    most : int
+        Lists and objects that it may hold.
 
     Raises
     ------
     InputError
-        If it is no JSON object, or one that readers would not agree about.
+        If it is no JSON object, one that readers would not agree about, or one without bounds.
 
     Examples
     --------
@@ -27,9 +39,13 @@ def loads(data: bytes, name: str) -> dict[str, Any]:
         ...
     ffdstudio.errors.InputError: x.json: NaN is no number in JSON
     """
+    if data.count(b"[") + data.count(b"{") > most:
+        raise InputError(f"{name}: holds more than {most:,} lists and objects")
     try:
+        text = data.decode("utf-8-sig")
+        check_nesting(text)
         value = json.loads(
-            data.decode("utf-8-sig"),
+            text,
             parse_constant=_no_constant,
             parse_float=_finite,
             object_pairs_hook=_no_duplicates,
