@@ -53,9 +53,7 @@ def read(data: bytes, name: str, block: int | str | None = None) -> LatticeFile:
     except KeyError as error:
         raise InputError(f"{name}: {error.args[0]!r} is missing") from None
     except configparser.Error as error:
-        lines = getattr(error, "errors", [])  # of a ParsingError, but not of all kinds
-        place = f", line {lines[0][0]}" if lines else ""
-        raise InputError(f"{name}{place}: these are no sections of PyGeM parameters") from None
+        raise InputError(f"{name}: {_cause(error)}") from None
     if min(counts) < 2:
         raise InputError(f"{name}: {counts} control points: each direction needs at least 2")
     with naming(name):
@@ -67,6 +65,14 @@ def read(data: bytes, name: str, block: int | str | None = None) -> LatticeFile:
     rest = Lattice([n - 1 for n in counts], knots, net)
     moves = np.stack([_moves(text, counts, name) for text in texts], axis=-1)
     return LatticeFile(rest, rest.moved(net + moves @ span), format="pygem", blocks=("0",))
+
+
+def _cause(error: configparser.Error) -> str:
+    if isinstance(error, configparser.DuplicateSectionError | configparser.DuplicateOptionError):
+        return f"{getattr(error, 'option', error.section)!r} already exists, line {error.lineno}"
+    lines = getattr(error, "errors", [])  # of a ParsingError, but not of all kinds
+    place = f"line {lines[0][0]} is" if lines else "these are"
+    return f"{place} nothing that PyGeM's parameters have"
 
 
 def write(path: Path, content: LatticeFile, adapt: str = "refuse") -> Exactness:

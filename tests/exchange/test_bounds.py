@@ -95,7 +95,7 @@ def test_a_degree_without_bounds_is_refused(tmp_path, counts):
 def test_a_broken_ini_is_one_sentence_without_python(tmp_path):
     path = tmp_path / "a.prm"
     path.write_text(prm((2, 2, 2)) + '\n" 3 0 1\n=\n')
-    with pytest.raises(InputError, match=r"a\.prm, line \d+: ") as error:
+    with pytest.raises(InputError, match=r"a\.prm: line \d+ is nothing") as error:
         read_lattice_file(path)
     assert "<string>" not in str(error.value)
 
