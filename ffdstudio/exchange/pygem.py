@@ -70,6 +70,8 @@ def read(data: bytes, name: str, block: int | str | None = None) -> LatticeFile:
 def _cause(error: configparser.Error) -> str:
     if isinstance(error, configparser.DuplicateSectionError | configparser.DuplicateOptionError):
         return f"{getattr(error, 'option', error.section)!r} already exists, line {error.lineno}"
+    if isinstance(error, configparser.MissingSectionHeaderError):
+        return f"there is no section before line {error.lineno}"
     lines = getattr(error, "errors", [])  # of a ParsingError, but not of all kinds
     place = f"line {lines[0][0]} is" if lines else "these are"
     return f"{place} nothing that PyGeM's parameters have"
