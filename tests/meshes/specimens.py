@@ -9,7 +9,7 @@ import numpy as np
 
 from tests.meshes.decks import abaqus_with_blanks, nastran_with_comments, su2_with_boxes
 from tests.meshes.fluent_specimens import fluent_sector
-from tests.meshes.gmsh_specimens import gmsh_box
+from tests.meshes.gmsh_specimens import gmsh_40_binary, gmsh_box, gmsh_periodic
 
 GRID = (4, 3, 3)
 
@@ -304,6 +304,14 @@ SPECIMENS: dict[str, Callable[[Path], None]] = {
     "v1.msh": lambda path: gmsh_box(path, 1, False),
     "v22.msh": lambda path: gmsh_box(path, 2.2, False),
     "v22_binary.msh": lambda path: gmsh_box(path, 2.2, True),
+    "v40.msh": lambda path: gmsh_box(path, 4.0, False),
+    "v40_parametric.msh": lambda path: gmsh_box(path, 4.0, False, True),
+    "v40_binary.msh": gmsh_40_binary,
+    "v22_periodic.msh": lambda path: gmsh_periodic(path, 2.2, False),
+    "v22_periodic_binary.msh": lambda path: gmsh_periodic(path, 2.2, True),
+    "v40_periodic.msh": lambda path: gmsh_periodic(path, 4.0, False),
+    "v41_periodic.msh": lambda path: gmsh_periodic(path, 4.1, False, True),
+    "v41_periodic_binary.msh": lambda path: gmsh_periodic(path, 4.1, True),
     "v41.msh": lambda path: gmsh_box(path, 4.1, False),
     "v41_parametric.msh": lambda path: gmsh_box(path, 4.1, False, True),
     "v41_binary.msh": lambda path: gmsh_box(path, 4.1, True),

@@ -1,4 +1,4 @@
-"""Gmsh meshes: MSH 1.0, 2.x and 4.1, ASCII and binary.
+"""Gmsh meshes: MSH 1.0, 2.x, 4.0 and 4.1, ASCII and binary.
 
 1. Nodes carry tags of any order; cells refer to tags. Here they become indices from 0.
 2. In 4.1 a block of nodes has all its tags first, then the coordinates; nodes with parameters
@@ -6,6 +6,7 @@
 3. Physical groups become markers. Before 4.0 the cell names its group, since then its entity
    does, also one that a partition has cut. Before 4.0 an element of two groups stands in the
    file twice, which makes one cell. What $Entities says of the geometry stays as it is.
+4. Nodes that $Periodic pairs are linked.
 
 Source: Gmsh reference manual, "File formats".
 """
@@ -19,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ffdstudio.meshes.formats import Progress
+from ffdstudio.meshes.formats.gmsh_periodic import Periodic, links_of
 from ffdstudio.meshes.formats.source import Source
 from ffdstudio.meshes.mesh import Markers, Mesh, Template
 from ffdstudio.meshes.topology import Array, Cells, Indices, dimension
@@ -104,6 +106,9 @@ class Layout(Protocol):
     def entities(self) -> dict[tuple[int, int], list[int]]:
         """Physical tags by dimension and tag of the entity."""
 
+    def periodic(self) -> list[Periodic]:
+        """Pairs of entities whose nodes correspond."""
+
 
 def read(path: Path, data: bytes, progress: Progress) -> Mesh:
     """Read a Gmsh mesh; see `read_mesh`."""
@@ -117,9 +122,12 @@ def read(path: Path, data: bytes, progress: Progress) -> Mesh:
     parts: dict[str, list[Indices]] = {}
     groups: dict[tuple[int, int], dict[str, list[Indices]]] = {}
     find = _Finder(source, nodes.tags)
+    names = _physical_names(source, sections)
+    titles: dict[tuple[int, int], str] = {}
     for elements in layout.elements():
         name, cells = _cells(find, elements)
         parts.setdefault(name, []).append(cells[_is_first(elements)])
+        titles |= _titles(elements, dimension(name), entities, names)
         for key, chosen in _membership(elements, dimension(name), entities):
             groups.setdefault(key, {}).setdefault(name, []).append(cells[chosen])
     points = nodes.template.original
@@ -127,8 +135,9 @@ def read(path: Path, data: bytes, progress: Progress) -> Mesh:
     return Mesh(
         points,
         _joined(parts),
-        _markers(source, sections, groups),
+        _markers(names, groups),
         dimension=2 if flat else 3,
+        links=tuple(links_of(layout.periodic(), find, titles)),
         template=nodes.template,
     )
 
@@ -152,7 +161,7 @@ def _sections(source: Source) -> dict[str, tuple[int, int]]:
 
 
 def _layout(source: Source, sections: dict[str, tuple[int, int]]) -> Layout:
-    from ffdstudio.meshes.formats import gmsh_binary, gmsh_text
+    from ffdstudio.meshes.formats import gmsh_40, gmsh_binary, gmsh_text
 
     if "NOD" in sections:
         return gmsh_text.Old(source, sections, 1)
@@ -165,15 +174,13 @@ def _layout(source: Source, sections: dict[str, tuple[int, int]]) -> Layout:
         raise source.error(begin, "expected version, file type and data size")
     version = words[0].decode("latin-1")
     size = source.integer(words[2], begin, "the data size")
-    if not (version.startswith("2.") or version == "2" or version == "4.1"):
+    if not (version.startswith("2.") or version in ("2", "4", "4.0", "4.1")):
         raise source.error(begin, f"MSH {version[:10]} is not supported; save it as 4.1 or 2.2")
     if words[1] == b"0":
-        return (
-            gmsh_text.New(source, sections)
-            if version == "4.1"
-            else gmsh_text.Old(source, sections, 2)
-        )
-    if size not in ((8,) if version != "4.1" else (4, 8)):
+        if version.startswith("2"):
+            return gmsh_text.Old(source, sections, 2)
+        return (gmsh_text.New if version == "4.1" else gmsh_40.Text)(source, sections)
+    if size not in ((8,) if version.startswith("2") else (4, 8)):
         raise source.error(begin, f"a data size of {size} is not supported")
     one = source.data[end : end + 4]
     orders = {b"\x01\0\0\0": "<", b"\0\0\0\x01": ">"}
@@ -181,6 +188,8 @@ def _layout(source: Source, sections: dict[str, tuple[int, int]]) -> Layout:
         raise source.error(end, "the mark of the byte order is damaged")
     if version == "4.1":
         return gmsh_binary.New(source, sections, orders[one], size)
+    if version.startswith("4"):
+        return gmsh_40.Binary(source, sections, orders[one], size)
     return gmsh_binary.Old(source, sections, orders[one])
 
 
@@ -248,12 +257,32 @@ def _membership(
     ]
 
 
+def _titles(
+    elements: Elements,
+    dim: int,
+    entities: dict[tuple[int, int], list[int]],
+    names: dict[tuple[int, int], str],
+) -> dict[tuple[int, int], str]:
+    """Names of the entities that these elements belong to, where they have a physical group."""
+    if elements.entity:
+        tags = entities.get((dim, elements.entity), [])
+        groups = {elements.entity: abs(tags[0])} if tags else {}
+    elif elements.owners is not None:
+        pairs = np.unique(np.stack([elements.owners, elements.groups], axis=1), axis=0)
+        groups = dict(reversed(pairs.tolist()))
+    else:
+        groups = {}
+    return {
+        (dim, entity): names.get((dim, tag), f"physical {KINDS[dim]} {tag}")
+        for entity, tag in groups.items()
+        if tag
+    }
+
+
 def _markers(
-    source: Source,
-    sections: dict[str, tuple[int, int]],
+    names: dict[tuple[int, int], str],
     groups: dict[tuple[int, int], dict[str, list[Indices]]],
 ) -> Markers:
-    names = _physical_names(source, sections)
     markers: Markers = {}
     for (dim, tag), parts in sorted(groups.items()):
         name = names.get((dim, tag), f"physical {KINDS[dim]} {tag}")

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ffdstudio.meshes.formats.gmsh import NAMES, Elements, Nodes, finite
+from ffdstudio.meshes.formats.gmsh_periodic import Periodic, in_text
 from ffdstudio.meshes.formats.patch import BinaryTemplate
 from ffdstudio.meshes.formats.source import Source
 from ffdstudio.meshes.topology import Indices
@@ -44,6 +45,12 @@ class _Binary:
         """Count in a line of text."""
         begin, self.at = self.at, self.source.line_end(self.at)
         return self.source.integer(self.source.data[begin : self.at].strip(), begin, "a count")
+
+    def periodic(self) -> list[Periodic]:
+        """Read the pairs of entities whose nodes correspond; text in these files."""
+        if "Periodic" not in self.sections:
+            return []
+        return in_text(self.source, *self.sections["Periodic"], new=False)
 
     def check_type(self, number: int) -> int:
         """Number of nodes of Gmsh's type of element."""
@@ -122,6 +129,21 @@ class New(_Binary):
     ) -> None:
         super().__init__(source, sections, order)
         self.size = np.dtype(f"{order}u{size}")
+
+    def periodic(self) -> list[Periodic]:
+        """Read the pairs of entities whose nodes correspond."""
+        if "Periodic" not in self.sections:
+            return []
+        self.enter("Periodic")
+        found = []
+        for _ in range(int(self.numbers(1, self.size)[0])):
+            dim, entity, master = (int(n) for n in self.numbers(3, self.int))
+            self.place(int(self.numbers(1, self.size)[0]), 8)
+            many = int(self.numbers(1, self.size)[0])
+            nodes = self.numbers(2 * many, self.size).astype(np.int64).reshape(many, 2)
+            if 0 <= dim <= 3:
+                found.append(Periodic(dim, entity, master, nodes))
+        return found
 
     def _head(self) -> tuple[int, int, int, int]:
         first, second, third = (int(n) for n in self.numbers(3, self.int))

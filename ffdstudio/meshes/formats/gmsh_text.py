@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ffdstudio.meshes.formats.gmsh import NAMES, Elements, Nodes
+from ffdstudio.meshes.formats.gmsh_periodic import Periodic, in_text
 from ffdstudio.meshes.formats.number_table import Rows, read_rows
 from ffdstudio.meshes.formats.patch import TextTemplate
 from ffdstudio.meshes.formats.source import Source
@@ -13,6 +14,8 @@ from ffdstudio.meshes.topology import Indices
 
 class _Text:
     """Sections of a file as tables of numbers."""
+
+    COUNTS_MAP = False  # whether $Periodic counts the coefficients of its maps
 
     def __init__(self, source: Source, sections: dict[str, tuple[int, int]]) -> None:
         self.source, self.sections = source, sections
@@ -36,6 +39,12 @@ class _Text:
             place = int(rows.starts[where[bad[0], 0]])
             raise self.source.error(place, "a coordinate is not a finite number")
         return TextTemplate(self.source.data, points, rows.starts[where], rows.ends[where])
+
+    def periodic(self) -> list[Periodic]:
+        """Read the pairs of entities whose nodes correspond."""
+        if "Periodic" not in self.sections:
+            return []
+        return in_text(self.source, *self.sections["Periodic"], new=self.COUNTS_MAP)
 
     def check_type(self, number: int, place: int) -> None:
         """Raise if Gmsh's number of a type is not known."""
@@ -108,11 +117,18 @@ class Old(_Text):
 class New(_Text):
     """MSH 4.1: blocks by entity."""
 
+    COUNTS_MAP = True
+    ENTITY = 1  # where the head of a block has the tag of its entity
+    COUNTS = 4  # numbers in the first line of a section
+    POINT = 3  # numbers that tell where a point is
+
     def _blocks(self, rows: Rows, lines: int, what: str) -> list[tuple[Indices, Indices]]:
         """Header of every block and its rows; `lines` is the number of lines an item."""
         header = rows.values[: rows.first[1]]
-        if len(header) != 4:
-            raise self.source.error(int(rows.places[0]), f"the {what} need a line of four counts")
+        if len(header) != self.COUNTS:
+            raise self.source.error(
+                int(rows.places[0]), f"the {what} need a line of {self.COUNTS} counts"
+            )
         found, at = [], 1
         while at < len(rows):
             head = rows.values[rows.first[at] : rows.first[at + 1]]
@@ -163,7 +179,9 @@ class New(_Text):
                 )
             nodes = rows.values[rows.first[part][:, None] + np.arange(1, width)]
             found.append(
-                Elements(number, nodes, np.zeros(len(nodes), dtype=np.int64), int(head[1]))
+                Elements(
+                    number, nodes, np.zeros(len(nodes), dtype=np.int64), int(head[self.ENTITY])
+                )
             )
         return found
 
@@ -191,7 +209,7 @@ class New(_Text):
         for dim, count in enumerate(counts.tolist()):
             for row in range(at, min(at + count, len(rows))):
                 words = rows.values[rows.first[row] : rows.first[row + 1]]
-                skipped = 1 + (3 if dim == 0 else 6)  # the tag and where it lies
+                skipped = 1 + (self.POINT if dim == 0 else 6)  # the tag and where it lies
                 if divided and len(words) > 3:  # its parent and partitions
                     skipped += 3 + max(int(words[3]), 0)
                 many = int(words[skipped]) if len(words) > skipped else 0
