@@ -72,7 +72,7 @@ def gmsh_40_binary(path: Path) -> None:
     parts = {}
     for name in ("PhysicalNames", "Entities", "Nodes", "Elements"):
         parts[name] = text.split(f"${name}\n")[1].split(f"$End{name}")[0]
-    body = b"$MeshFormat\n4 1 8\n" + struct.pack("<i", 1) + b"\n$EndMeshFormat\n"
+    body = b"$MeshFormat\n4.0 1 8\n" + struct.pack("<i", 1) + b"\n$EndMeshFormat\n"
     body += f"$PhysicalNames\n{parts['PhysicalNames']}$EndPhysicalNames\n".encode()
     for name, pack in (("Entities", _entities), ("Nodes", _nodes), ("Elements", _elements)):
         rows = [line.split() for line in parts[name].splitlines() if line.strip()]
