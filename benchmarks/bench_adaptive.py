@@ -20,6 +20,7 @@ import ffdstudio as ffd  # noqa: E402
 from benchmarks import fit_figures  # noqa: E402
 from ffdstudio.optimize.cases.case import read_case  # noqa: E402
 from ffdstudio.optimize.geometry.sections import target_contour  # noqa: E402
+from ffdstudio.optimize.methods.descent import Lbfgs  # noqa: E402
 from ffdstudio.optimize.objectives.flow import FlowTarget  # noqa: E402
 from ffdstudio.optimize.runs.record import History  # noqa: E402
 from ffdstudio.optimize.runs.study import Budget, Refinement, Study  # noqa: E402
@@ -138,8 +139,10 @@ def pressures() -> None:
     for fraction in (1e-3, 1e-4):
         spent = [solves(h, fraction * start) for h in (static["greville"], adaptive)]
         show(f"  solves to J/J0 = {fraction:g}, adaptive over regular", spent[1] / spent[0], 1.3)
-    plain = Study(task(flow, columns(5), POINTS), "lbfgs", settings, Budget(evaluations=300),
-                  carry_memory=False).run()  # fmt: skip
+    forgetful = Lbfgs(carry_memory=False)
+    plain = Study(
+        task(flow, columns(5), POINTS), forgetful, settings, Budget(evaluations=300)
+    ).run()
     forgotten = solves(plain, 1e-4 * start) / solves(static["greville"], 1e-4 * start)
     print(f"  the same with the memory dropped at refinements: {forgotten:.2f}")
 

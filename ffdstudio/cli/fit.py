@@ -12,9 +12,9 @@ from ffdstudio.cli.study_files import write_common, write_contour
 from ffdstudio.engine.knots import Array
 from ffdstudio.optimize import FitResult, plots
 from ffdstudio.optimize import fit as fit_shapes
+from ffdstudio.optimize.catalog.indicators import INDICATORS
 from ffdstudio.optimize.fits.fitting import NOTHING, TRIGGERS, extent
 from ffdstudio.optimize.geometry.sections import kulfan_tolerance
-from ffdstudio.optimize.refine.indicators import INDICATORS
 from ffdstudio.optimize.runs.record import Record
 
 UNWRITTEN = "nothing written; -o DIR writes the lattice, a project, the log, a table and plots"
@@ -39,7 +39,10 @@ def add(parser: argparse.ArgumentParser) -> None:
     way = parser.add_mutually_exclusive_group()
     way.add_argument("--regular", action="store_true", help="do not refine")
     way.add_argument(
-        "--adaptive", choices=list(INDICATORS), default="gain", help="indicator (gain)"
+        "--adaptive",
+        choices=[one.name for one in INDICATORS],
+        default="gain",
+        help="indicator (gain)",
     )
     parser.add_argument(
         "--method",

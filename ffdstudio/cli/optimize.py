@@ -18,10 +18,8 @@ from ffdstudio.exchange.morphed import write_morphed
 from ffdstudio.meshes import Mesh
 from ffdstudio.optimize import plots
 from ffdstudio.optimize.cases.case import Case, read_case
-from ffdstudio.optimize.flow.panel import PanelFlow
 from ffdstudio.optimize.objectives.base import Objective
-from ffdstudio.optimize.objectives.chords import plain
-from ffdstudio.optimize.objectives.flow import FlowTarget
+from ffdstudio.optimize.objectives.chords import InChords
 from ffdstudio.optimize.objectives.remembered import Remembered
 from ffdstudio.optimize.runs.record import History, Record
 
@@ -56,7 +54,7 @@ def run(args: argparse.Namespace) -> int:
             name, result["mesh"] = _mesh(case.mesh, case.rest, history.lattice(-1), folder)
             result["files"].append(name)
     emit(result, _text(result, args.output), args.json)
-    failed = result["ended"].startswith("failed") or result["violation"] > MET
+    failed = (history.ending is not None and history.ending.failed) or result["violation"] > MET
     return 1 if failed or result.get("mesh", {}).get("inverted") else 0
 
 
@@ -109,7 +107,7 @@ def figures(history: History) -> dict[str, Any]:
 
 def _recalled(objective: Objective) -> dict[str, int]:
     """How many answers came from an earlier run, of an objective that is remembered."""
-    known = plain(objective)
+    known = objective.inner if isinstance(objective, InChords) else objective
     if not isinstance(known, Remembered):
         return {}
     if known.recalled:
@@ -136,9 +134,7 @@ def write(case: Case, history: History, folder: Path, name: str) -> list[str]:
         files.append(write_contour(folder / "contour.dat", name, points))
         curves = {"start": case.shape.points, "end": points}
         files += plots.save(plots.outlines(curves, current.control_points), folder, "sections")
-    flow, chord = plain(case.task.objective), case.shape.chord
-    if isinstance(flow, FlowTarget) and chord is not None:
-        files += _pressures(flow, chord.local(case.shape.points), chord.local(points), folder)
+    files += _pressures(case.task.objective, case.shape.points, points, folder)
     return files
 
 
@@ -152,16 +148,13 @@ def rest_of(rest: Lattice, current: Lattice) -> Lattice:
     return rest
 
 
-def _pressures(objective: FlowTarget, start: Array, end: Array, folder: Path) -> list[str]:
-    files = []
-    for k, angle in enumerate(objective.angles):
-        curves = {}
-        for name, points in (("start", start), ("end", end)):
-            flow = PanelFlow(points, [angle])
-            curves[name] = (flow.middles.real, flow.pressure[0])
-        if objective.pressure is not None:
-            curves["target"] = (curves["start"][0], objective.pressure[k])
-        files += plots.save(plots.pressures(curves, "target"), folder, f"pressure_{angle:g}")
+def _pressures(objective: Objective, start: Array, end: Array, folder: Path) -> list[str]:
+    files, after = [], objective.pressures(end)
+    for name, before in objective.pressures(start).items():
+        curves = {"start": before["shape"], "end": after[name]["shape"]}
+        if "target" in before:
+            curves["target"] = before["target"]
+        files += plots.save(plots.pressures(curves, "target"), folder, f"pressure_{name}")
     return files
 
 

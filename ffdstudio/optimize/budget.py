@@ -4,9 +4,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from ffdstudio.optimize.ending import Ending, Reason
+
 
 class BudgetSpent(Exception):
-    """A limit of the budget is reached; the message names it."""
+    """A limit of the budget is reached."""
+
+    def __init__(self, reason: Reason) -> None:
+        super().__init__(str(reason))
+        self.ending = Ending(reason)
 
 
 @dataclass(frozen=True)
@@ -33,17 +39,17 @@ class Budget:
         """Raise `BudgetSpent` at the limit of iterations or at the tolerance."""
         self.check_cost(cost)
         if self.iterations is not None and iterations >= self.iterations:
-            raise BudgetSpent("iterations spent")
+            raise BudgetSpent(Reason.ITERATIONS)
 
     def check_cost(self, cost: float) -> None:
         """Raise `BudgetSpent` at the tolerance."""
         if self.tolerance is not None and cost <= self.tolerance:
-            raise BudgetSpent("tolerance reached")
+            raise BudgetSpent(Reason.TOLERANCE)
 
     def check_evaluation(self, evaluations: int) -> None:
         """Raise `BudgetSpent` if no further evaluation is allowed."""
         if self.evaluations is not None and evaluations >= self.evaluations:
-            raise BudgetSpent("evaluations spent")
+            raise BudgetSpent(Reason.EVALUATIONS)
 
     def allowed(self, wanted: int, spent: int) -> int:
         """How many of the evaluations that are wanted may be made."""

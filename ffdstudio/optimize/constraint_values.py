@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ffdstudio.optimize.budget import Counts
-from ffdstudio.optimize.constraints import Constraint, Values, angles_of
+from ffdstudio.optimize.constraints import Constraint, Relation, Values
 
 Array = NDArray[np.float64]
 
@@ -30,7 +30,7 @@ class Slack:
 
 
 class Slacks:
-    """Slacks of constraints, zero ("eq") or not negative ("ineq") where they are met.
+    """Slacks of constraints, zero (equations) or not negative (inequalities) where they are met.
 
     Parameters
     ----------
@@ -51,11 +51,11 @@ class Slacks:
         self._at(points)
         self._solved.update(angles)
 
-    def values(self, points: Array, kind: str) -> Array:
+    def values(self, points: Array, kind: Relation) -> Array:
         """(m,) slacks of a kind."""
         return np.concatenate([np.zeros(0), *self._each(points, kind, self._value)])
 
-    def rows(self, points: Array, kind: str) -> Array:
+    def rows(self, points: Array, kind: Relation) -> Array:
         """(m, 3 n) their derivatives by the coordinates."""
         return np.vstack([np.zeros((0, points.size)), *self._each(points, kind, self._row)])
 
@@ -67,7 +67,7 @@ class Slacks:
             for k, constraint in enumerate(self.constraints)
         }
 
-    def _each(self, points: Array, kind: str, take: Callable[[int], Array]) -> list[Array]:
+    def _each(self, points: Array, kind: Relation, take: Callable[[int], Array]) -> list[Array]:
         self._at(points)
         return [take(k) for k, c in enumerate(self.constraints) if c.kind == kind]
 
@@ -88,7 +88,7 @@ class Slacks:
 
     def _measure(self, k: int, derivatives: bool) -> None:
         constraint = self.constraints[k]
-        angles = set(angles_of(constraint.quantity))
+        angles = set(constraint.quantity.angles)
         found: Values = constraint.slack(self._points, derivatives)
         self.counts.flow += bool(angles - self._solved)
         self.counts.adjoint += bool(angles) and derivatives

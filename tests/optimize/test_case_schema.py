@@ -3,7 +3,7 @@
 import re
 
 from ffdstudio.optimize.cases import schema
-from ffdstudio.optimize.methods import METHODS
+from ffdstudio.optimize.catalog.methods import METHODS
 
 
 def test_every_key_is_documented(root):
@@ -25,7 +25,7 @@ def test_every_key_is_documented(root):
         assert not missing, f"{name} says nothing of {missing}"
     for kind in (*schema.OBJECTIVES, *schema.CONSTRAINTS):
         assert f'`"{kind}"`' in text
-    assert all(f'"{name}"' in text for name in METHODS)
+    assert all(f'"{kind.kind()}"' in text for kind in METHODS)
 
 
 def test_every_example_is_in_the_list(root):

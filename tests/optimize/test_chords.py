@@ -3,7 +3,7 @@
 import numpy as np
 
 from ffdstudio.meshes.airfoil import naca4
-from ffdstudio.optimize.objectives.chords import Chord
+from ffdstudio.optimize.geometry.chord import Chord
 
 
 def test_a_chord_of_one_stays_exactly_one():

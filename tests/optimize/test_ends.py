@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from ffdstudio.errors import InputError
-from ffdstudio.optimize.objectives.base import Evaluation
+from ffdstudio.optimize.objectives.base import Abilities, Evaluation, Objective
 from ffdstudio.optimize.objectives.distance import PointDistance
 from ffdstudio.optimize.objectives.function import PythonFunction
 from ffdstudio.optimize.runs.study import Budget, Refinement, Study
@@ -13,16 +13,16 @@ from tests.optimize.cases import bumped, columns, section, task
 POINTS = section(81)
 
 
-class Misleading:
+class Misleading(Objective):
     """A distance whose derivatives point the wrong way: no step makes it less."""
 
-    differentiable = True
+    abilities = Abilities(residuals=True)
 
     def __init__(self, target):
         self.right = PointDistance(target)
 
-    def evaluate(self, points, gradient=True):
-        found = self.right.evaluate(points)
+    def answer(self, request):
+        found = self.right.answer(request)
         return Evaluation(found.value, -found.gradient, found.residuals, -found.sensitivity)
 
 

@@ -2,6 +2,8 @@ import numpy as np
 import pytest
 
 from ffdstudio.errors import InputError
+from ffdstudio.optimize.metrics.h1 import H1
+from ffdstudio.optimize.metrics.l2 import L2
 from ffdstudio.optimize.variables.metrics import Surface, Whitening
 
 
@@ -19,8 +21,8 @@ def test_on_a_curve_the_metrics_are_the_integrals():
     f = np.sin(3 * x)
     mean = np.trapezoid(f**2, x) / 2
     slope = 2**2 * np.trapezoid((3 * np.cos(3 * x)) ** 2, x) / 2
-    assert np.sum((surface.factor("l2") @ f) ** 2) == pytest.approx(mean, rel=1e-6)
-    assert np.sum((surface.factor("h1") @ f) ** 2) == pytest.approx(mean + slope, rel=1e-5)
+    assert np.sum((L2().factor(surface) @ f) ** 2) == pytest.approx(mean, rel=1e-6)
+    assert np.sum((H1().factor(surface) @ f) ** 2) == pytest.approx(mean + slope, rel=1e-5)
 
 
 def test_on_triangles_a_linear_function_has_its_exact_slope():

@@ -6,11 +6,13 @@ import pytest
 import ffdstudio as ffd
 from ffdstudio.errors import InputError
 from ffdstudio.optimize.geometry.nearest import Triangles, closest
+from ffdstudio.optimize.objectives.base import Request
+from ffdstudio.optimize.objectives.failures import EvaluationError
 from ffdstudio.optimize.objectives.flow import FlowTarget
 from ffdstudio.optimize.objectives.function import PythonFunction
 from ffdstudio.optimize.objectives.program import ExternalProgram
-from ffdstudio.optimize.objectives.remembered import EvaluationError, Remembered
-from ffdstudio.optimize.objectives.stream import Job, streamed
+from ffdstudio.optimize.objectives.remembered import Remembered
+from ffdstudio.optimize.objectives.stream import streamed
 from ffdstudio.optimize.refine.choice import Refinement
 from ffdstudio.optimize.runs.study import Budget, Study, Task
 from ffdstudio.optimize.variables.metrics import Surface
@@ -129,7 +131,7 @@ def test_a_sensitivity_file_takes_the_place_of_differences(tmp_path):
 
 
 def test_a_function_by_name_runs_in_processes_of_its_own():
-    jobs = [Job(k * POINTS, None) for k in (1, 2, 3)]
+    jobs = [Request(k * POINTS, False) for k in (1, 2, 3)]
     found = list(streamed(PythonFunction("numpy:sum", processes=2), jobs))
     assert [one.value for _, one in found] == pytest.approx([np.sum(j.points) for j in jobs])
     assert all(job is mine for (job, _), mine in zip(found, jobs, strict=True))

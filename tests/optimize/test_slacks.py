@@ -6,8 +6,9 @@ import pytest
 from ffdstudio.optimize.budget import Counts
 from ffdstudio.optimize.constraint_values import Slacks
 from ffdstudio.optimize.constraints import Area, Constraint, Lift, MaxThickness, Moment
+from ffdstudio.optimize.constraints.placed import InChords
 from ffdstudio.optimize.flow import panel
-from ffdstudio.optimize.objectives.chords import Chord, InChords
+from ffdstudio.optimize.geometry.chord import Chord
 from ffdstudio.optimize.objectives.flow import FlowTarget
 from ffdstudio.optimize.runs.study import Budget, Study
 from tests.optimize.cases import columns, section, task

@@ -10,10 +10,11 @@ import numpy as np
 import pytest
 
 from ffdstudio.optimize.control import Stopped
-from ffdstudio.optimize.objectives.base import Evaluation
+from ffdstudio.optimize.objectives.base import Abilities, Evaluation, Objective, Request
+from ffdstudio.optimize.objectives.failures import EvaluationError
 from ffdstudio.optimize.objectives.program import ExternalProgram
-from ffdstudio.optimize.objectives.remembered import EvaluationError, Remembered
-from ffdstudio.optimize.objectives.stream import Job, streamed
+from ffdstudio.optimize.objectives.remembered import Remembered
+from ffdstudio.optimize.objectives.stream import streamed
 from ffdstudio.optimize.refine.choice import Refinement
 from ffdstudio.optimize.runs.record import read_log
 from ffdstudio.optimize.runs.study import Budget, Study
@@ -58,13 +59,13 @@ def gone(pid):
     return False
 
 
-class Slow:
+class Slow(Objective):
     """Counts which shapes were asked for, and how many were made before."""
 
-    differentiable, processes = False, 1
+    abilities = Abilities(gradient=False)
 
-    def evaluate(self, points, gradient=True):
-        return Evaluation(float(points[0, 0]))
+    def answer(self, request):
+        return Evaluation(float(request.points[0, 0]))
 
 
 def test_shapes_are_made_when_there_is_room_for_them():
@@ -73,7 +74,7 @@ def test_shapes_are_made_when_there_is_room_for_them():
     def jobs():
         for k in range(6):
             made.append(k)
-            yield Job(np.full((1, 3), float(k)), None)
+            yield Request(np.full((1, 3), float(k)), False)
 
     ahead = [len(made) - k for k, _ in enumerate(streamed(Slow(), jobs()))]
     assert max(ahead) <= 2
@@ -121,13 +122,13 @@ def test_one_that_fails_loses_none_of_those_beside_it(tmp_path):
     text = SQUARES + "\nimport os\nif os.getcwd().endswith('000004'): raise SystemExit(3)\n"
     known = Remembered(program(tmp_path, text, processes=2), tmp_path / "known")
     with pytest.raises(EvaluationError, match="status 3"):
-        list(streamed(known, [Job(k * POINTS, [k]) for k in range(1, 9)]))
+        list(streamed(known, [Request(k * POINTS, False, [k]) for k in range(1, 9)]))
     kept = len(list((tmp_path / "known").iterdir()))
     assert kept == len(runs(tmp_path)) - 1 >= 3
     again = program(tmp_path, SQUARES, processes=2)
     known = Remembered(again, tmp_path / "known")
     before = len(runs(tmp_path))
-    assert len(list(streamed(known, [Job(k * POINTS, [k]) for k in range(1, 9)]))) == 8
+    assert len(list(streamed(known, [Request(k * POINTS, False, [k]) for k in range(1, 9)]))) == 8
     assert len(runs(tmp_path)) - before == 8 - kept
     assert known.recalled == kept
 
@@ -174,10 +175,8 @@ def test_a_stop_before_the_start_is_evaluated_says_so(tmp_path):
 
 
 def test_a_stream_that_is_stopped_raises(tmp_path):
-    solver = program(tmp_path)
-    solver.stopped = lambda: True
     with pytest.raises(Stopped):
-        list(streamed(solver, [Job(POINTS, [])]))
+        list(streamed(program(tmp_path), [Request(POINTS, False, [])], lambda: True))
 
 
 @pytest.mark.parametrize("limit", [12, 20, 24])

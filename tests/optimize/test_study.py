@@ -8,10 +8,11 @@ import ffdstudio as ffd
 from ffdstudio.errors import InputError
 from ffdstudio.optimize.constraints import Constraint, Lift, MaxThickness
 from ffdstudio.optimize.geometry.sections import target_contour
+from ffdstudio.optimize.metrics.l2 import L2
 from ffdstudio.optimize.objectives.distance import PointDistance
 from ffdstudio.optimize.objectives.flow import FlowTarget
 from ffdstudio.optimize.refine.candidates import Guards, candidates
-from ffdstudio.optimize.refine.indicators import INDICATORS
+from ffdstudio.optimize.refine.indicators import GAIN
 from ffdstudio.optimize.refine.sensitivity import Residuals
 from ffdstudio.optimize.runs.record import read_log
 from ffdstudio.optimize.runs.study import Budget, Refinement, Study
@@ -36,12 +37,12 @@ def fitting(metric: str = "l2"):
 
 def test_gain_is_the_decrease_that_a_second_fit_finds():
     job = fitting()
-    level = Level.first(Body(job.embedding, job.surface, "l2"), DesignSpace.of(columns(5), Rules()))
+    level = Level.first(Body(job.embedding, job.surface, L2()), DesignSpace.of(columns(5), Rules()))
     found = job.objective.evaluate(level.points)
     derivatives = level.columns(found.sensitivity)
     sensitivity = Residuals(level, found.residuals, derivatives)
     ranked = candidates(level, (0,), 2, False, Guards())
-    gains = INDICATORS["gain"](level, sensitivity, ranked)
+    gains = GAIN.scores(level, sensitivity, ranked)
     for candidate, gain in list(zip(ranked, gains, strict=True))[::2]:
         finer, _ = level.refined([candidate.insertion], np.zeros(level.size))
         left = [

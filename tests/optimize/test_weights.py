@@ -5,6 +5,9 @@ import ffdstudio as ffd
 from ffdstudio.cli.main import main
 from ffdstudio.errors import InputError
 from ffdstudio.optimize.constraints import Area, Constraint
+from ffdstudio.optimize.methods.descent import Lbfgs
+from ffdstudio.optimize.methods.slsqp import Slsqp
+from ffdstudio.optimize.metrics.plain import Plain
 from ffdstudio.optimize.objectives.distance import PointDistance
 from ffdstudio.optimize.objectives.flow import FlowTarget
 from ffdstudio.optimize.runs.solver import Counts, LevelProblem
@@ -38,7 +41,7 @@ def test_points_by_displacements_and_weights_agree_with_central_differences(rule
     box = ffd.Lattice.box([0, 0, 0], [2, 1, 1], shape=(4, 3, 3), degrees=(3, 2, 1))
     box = box.moved(weights=rng.uniform(0.5, 2, box.shape))
     points = rng.uniform([0, 0, 0], [2.2, 1, 1], size=(40, 3))  # some are outside
-    body = Body(ffd.embed(box, points), Surface.cloud(40), "none")
+    body = Body(ffd.embed(box, points), Surface.cloud(40), Plain())
     level = first_level(body, rules, None, ())
     np.testing.assert_allclose(level.at(np.zeros(level.size)), points, atol=1e-14)
     z = 0.03 * rng.normal(size=level.size)
@@ -58,12 +61,12 @@ def test_cost_penalty_and_constraints_agree_with_central_differences():
     task.constraints = [Constraint(Area(), lower=0.1)]
     level = first_level(Body(task.embedding, task.surface), task.rules, None, ())
     z = 0.01 * np.random.default_rng(3).normal(size=level.size)
-    penalised = LevelProblem(level, task, Counts(), "lbfgs")
+    penalised = LevelProblem(level, task, Counts(), Lbfgs())
     expected = central(lambda z: penalised.value(z).value, z)
     np.testing.assert_allclose(
         penalised.gradient(z).slope, expected, atol=1e-5 * abs(expected).max()
     )
-    strict = LevelProblem(level, task, Counts(), "slsqp")
+    strict = LevelProblem(level, task, Counts(), Slsqp())
     slopes = strict.constraints(z, "ineq")[1]
     expected = central(lambda z: strict.constraints(z, "ineq")[0], z)
     np.testing.assert_allclose(slopes, expected, atol=1e-6 * abs(expected).max())

@@ -24,6 +24,7 @@ from ffdstudio.optimize.cases.objectives import Place, objective_of, objective_t
 from ffdstudio.optimize.cases.rules import constraints_of, refinement_of, rules_of
 from ffdstudio.optimize.cases.schema import BUDGET, LATTICE, METHOD, SHAPE, TABLES
 from ffdstudio.optimize.cases.tables import Table
+from ffdstudio.optimize.catalog.methods import method_kind
 from ffdstudio.optimize.geometry.sections import trailing_gap
 from ffdstudio.optimize.geometry.shapes import Shape, is_section, mesh_shape, section_shape
 from ffdstudio.optimize.runs.study import Study, Task
@@ -110,10 +111,9 @@ def build(values: dict[str, Any], beside: Path, folder: Path | None, resume: boo
     )
     study = Study(
         task,
-        method["name"],
+        method_kind(method["name"])(carry_memory=method["carry_memory"]),
         refinement,
         Budget(budget["evaluations"], budget["iterations"], budget["tolerance"]),
-        carry_memory=method["carry_memory"],
         folder=folder,
         resume=resume,
     )

@@ -11,8 +11,8 @@ from ffdstudio.errors import InputError
 from ffdstudio.optimize import constraints as limits
 from ffdstudio.optimize.cases.schema import CONSTRAINTS, LIMITS, REFINEMENT, VARIABLES
 from ffdstudio.optimize.cases.tables import Key, Table, word
+from ffdstudio.optimize.constraints.placed import InChords, OnNodes
 from ffdstudio.optimize.geometry.shapes import Shape
-from ffdstudio.optimize.objectives.chords import InChords, OnNodes
 from ffdstudio.optimize.refine.choice import Refinement
 from ffdstudio.optimize.variables.rules import Rules
 from ffdstudio.optimize.variables.space import DesignSpace

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from ffdstudio.optimize.cases.tables import Key, flag, number, several, text, whole, word, words
-from ffdstudio.optimize.methods import METHODS
-from ffdstudio.optimize.refine.indicators import INDICATORS
-from ffdstudio.optimize.variables.metrics import METRICS
+from ffdstudio.optimize.catalog.indicators import INDICATORS
+from ffdstudio.optimize.catalog.methods import METHODS
+from ffdstudio.optimize.catalog.metrics import METRICS
 
 Keys = dict[str, Key]
 TABLES = (
@@ -85,13 +85,13 @@ CONSTRAINTS: dict[str, Keys] = {
     "displacement": {"direction": word(("x", "y", "z"))},
 }
 METHOD: Keys = {
-    "name": word(tuple(METHODS)) | "lbfgs",
-    "metric": word(tuple(METRICS)) | "h1",
+    "name": word([kind.kind() for kind in METHODS]) | "lbfgs",
+    "metric": word([one.name for one in METRICS]) | "h1",
     "carry_memory": flag() | True,
     "penalty": number(above=0) | 1e3,
 }
 REFINEMENT: Keys = {
-    "indicator": word(tuple(INDICATORS)) | "gain",
+    "indicator": word([one.name for one in INDICATORS]) | "gain",
     "directions": words(("i", "j", "k")) | ["i"],
     "variables": COUNT,
     "positions": COUNT | 5,

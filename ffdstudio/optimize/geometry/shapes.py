@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from ffdstudio.errors import InputError
 from ffdstudio.meshes import Mesh, read_mesh
 from ffdstudio.meshes.airfoil import split_element
+from ffdstudio.optimize.geometry.chord import Chord
 from ffdstudio.optimize.geometry.sections import is_naca, opened, sampled
-from ffdstudio.optimize.objectives.chords import Chord
 from ffdstudio.optimize.variables.metrics import Surface
 
 Array = NDArray[np.float64]

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 
+from ffdstudio.optimize.ending import CONVERGED, Ending
+from ffdstudio.optimize.methods.base import MethodSpec
 from ffdstudio.optimize.methods.line_search import search
-from ffdstudio.optimize.methods.problem import CONVERGED, Array, Memory, Problem, Trial, ended
+from ffdstudio.optimize.methods.problem import Array, Memory, Problem, Trial, ended
 
 DEPTH = 40  # pairs
 STILL = 1e-9  # of the cost or its decrease so far: an iteration that gains less is the last
 
 
-def lbfgs(problem: Problem, z: Array, memory: Memory) -> str:
+def lbfgs(problem: Problem, z: Array, memory: Memory) -> Ending:
     """L-BFGS (Nocedal 1980; Nocedal and Wright, algorithm 7.4), from whatever memory there is."""
     here = problem.gradient(z)
     memory.begin(here)
@@ -60,7 +62,7 @@ def _remember(memory: Memory, old: Trial, new: Trial) -> None:
         del memory.pairs[:-DEPTH]
 
 
-def conjugate_gradients(problem: Problem, z: Array, memory: Memory) -> str:
+def conjugate_gradients(problem: Problem, z: Array, memory: Memory) -> Ending:
     """Non-linear conjugate gradients (Polak and Ribiere, restarted when beta < 0)."""
     here = problem.gradient(z)
     memory.begin(here)
@@ -89,3 +91,23 @@ def conjugate_gradients(problem: Problem, z: Array, memory: Memory) -> str:
         step = float(taken) * slope / float(here.slope @ following)
         direction = following
     return CONVERGED
+
+
+class Lbfgs(MethodSpec, frozen=True, tag="lbfgs"):
+    """Limited-memory BFGS: for costs with a gradient."""
+
+    title = "L-BFGS"
+
+    def minimise(self, problem: Problem, z: Array, memory: Memory) -> Ending:
+        """See `MethodSpec`."""
+        return lbfgs(problem, z, memory)
+
+
+class ConjugateGradients(MethodSpec, frozen=True, tag="cg"):
+    """Non-linear conjugate gradients (Polak and Ribiere)."""
+
+    title = "Conjugate gradients"
+
+    def minimise(self, problem: Problem, z: Array, memory: Memory) -> Ending:
+        """See `MethodSpec`."""
+        return conjugate_gradients(problem, z, memory)

@@ -18,7 +18,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ffdstudio.optimize.methods.problem import CONVERGED, STALLED, Array, Memory, Problem, Trial
+from ffdstudio.optimize.ending import CONVERGED, STALLED, Ending
+from ffdstudio.optimize.methods.base import MethodSpec, Trigger
+from ffdstudio.optimize.methods.problem import Array, Memory, Problem, Trial
 from ffdstudio.optimize.methods.problem import parts as linear
 
 RANK = 1e-6
@@ -66,7 +68,7 @@ class Model(NamedTuple):
         return 0.5 * float(self.right @ self.right - after @ after)
 
 
-def gauss_newton(problem: Problem, z: Array, memory: Memory) -> str:
+def gauss_newton(problem: Problem, z: Array, memory: Memory) -> Ending:
     """Minimise half the sum of squares of the residuals."""
     here, radius = problem.residuals(z), np.inf
     while True:
@@ -120,3 +122,15 @@ def _better(
             return trial, radius if ratio > 0.25 else 0.5 * length
         radius = 0.25 * length
     return None, radius
+
+
+class GaussNewton(MethodSpec, frozen=True, tag="gauss-newton"):
+    """Gauss-Newton within a trust region: for distances, without constraints."""
+
+    title = "Gauss-Newton"
+    residuals = True
+    trigger = Trigger()
+
+    def minimise(self, problem: Problem, z: Array, memory: Memory) -> Ending:
+        """See `MethodSpec`."""
+        return gauss_newton(problem, z, memory)

@@ -7,21 +7,15 @@ from __future__ import annotations
 
 import numpy as np
 
-from ffdstudio.optimize.methods.problem import (
-    CONVERGED,
-    STALLED,
-    Array,
-    Memory,
-    Problem,
-    Trial,
-    parts,
-)  # fmt: skip
+from ffdstudio.optimize.ending import CONVERGED, STALLED, Ending
+from ffdstudio.optimize.methods.base import MethodSpec, Trigger
+from ffdstudio.optimize.methods.problem import Array, Memory, Problem, Trial, parts
 
 SMALL = 1e-4  # a share of the largest residual that is not worth another step
 ROUNDING = 1e-12  # the same of the first one: the residuals mean nothing any more
 
 
-def minimax(problem: Problem, z: Array, memory: Memory) -> str:
+def minimax(problem: Problem, z: Array, memory: Memory) -> Ending:
     """Make the largest residual small: a linear program for each step."""
     here = problem.residuals(z)
     least = ROUNDING * largest(here)
@@ -65,3 +59,16 @@ def _shortened(problem: Problem, here: Trial, step: Array) -> Trial | None:
         if largest(trial) < largest(here):
             return trial
     return None
+
+
+class Minimax(MethodSpec, frozen=True, tag="minimax"):
+    """Linear programs that make the largest residual small: for distances, without constraints."""
+
+    title = "Least largest error"
+    residuals = True
+    largest = True
+    trigger = Trigger()
+
+    def minimise(self, problem: Problem, z: Array, memory: Memory) -> Ending:
+        """See `MethodSpec`."""
+        return minimax(problem, z, memory)

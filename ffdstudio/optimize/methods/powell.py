@@ -13,13 +13,15 @@ from __future__ import annotations
 
 import numpy as np
 
-from ffdstudio.optimize.methods.problem import CONVERGED, Array, Memory, Problem, Trial
+from ffdstudio.optimize.ending import CONVERGED, Ending
+from ffdstudio.optimize.methods.base import MethodSpec, Trigger
+from ffdstudio.optimize.methods.problem import Array, Memory, Problem, Trial
 
 SHORTENED = 8  # times that a step is cut where the cost is no number
 SEEN = 1e-9  # of the cost: changes that rounding does not hide
 
 
-def conjugate_directions(problem: Problem, z: Array, memory: Memory) -> str:
+def conjugate_directions(problem: Problem, z: Array, memory: Memory) -> Ending:
     """Minimise by lines along a set of directions that becomes conjugate."""
     here = problem.value(z)
     memory.begin(here)
@@ -133,3 +135,14 @@ def _first_step(
         return most
     left = max(min(abs(here.value), fall), SEEN * abs(here.value), 1e-300)
     return min(most, float(np.sqrt(0.02 * left / curvature)))
+
+
+class Powell(MethodSpec, frozen=True, tag="powell"):
+    """Conjugate directions, the method of the paper: no gradients."""
+
+    title = "Conjugate directions (Powell)"
+    trigger = Trigger(iterations=1)
+
+    def minimise(self, problem: Problem, z: Array, memory: Memory) -> Ending:
+        """See `MethodSpec`."""
+        return conjugate_directions(problem, z, memory)

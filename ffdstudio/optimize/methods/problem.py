@@ -9,11 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ffdstudio.errors import InputError
+from ffdstudio.optimize.ending import CONVERGED, STALLED, Ending
 
 Array = NDArray[np.float64]
 
-# how a method ends by itself: at a gradient that is small, or because no step makes the cost less
-CONVERGED, STALLED = "converged", "stalled"
 SMALL = 1e-4  # of the steepest gradient
 ROUNDING = 1e-12  # of the cost: its values are no more exact
 
@@ -135,7 +134,7 @@ def reference_decrease(value: float, first: float) -> float:
     return min(abs(value), max(first - value, 0.0))
 
 
-def ended(problem: Problem, here: Trial, memory: Memory) -> str:
+def ended(problem: Problem, here: Trial, memory: Memory) -> Ending:
     """Why a method ends that finds no step that makes the cost less: a small gradient, or none.
 
     The gradient is small beside the steepest that the study has met, or if a first move along

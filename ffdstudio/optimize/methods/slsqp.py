@@ -18,7 +18,10 @@ from typing import Any
 
 import numpy as np
 
-from ffdstudio.optimize.methods.problem import CONVERGED, STALLED, Array, Memory, Problem, Trial
+from ffdstudio.optimize.constraints.base import Relation
+from ffdstudio.optimize.ending import CONVERGED, Ending, Reason
+from ffdstudio.optimize.methods.base import MethodSpec, Trigger
+from ffdstudio.optimize.methods.problem import Array, Memory, Problem, Trial
 
 PATIENCE, STILL = 6, 1e-7
 MUCH = 1e6
@@ -29,7 +32,7 @@ class _Still(Exception):
     """The cost does not change any more."""
 
 
-def slsqp(problem: Problem, z: Array, memory: Memory) -> str:
+def slsqp(problem: Problem, z: Array, memory: Memory) -> Ending:
     """Minimise under the problem's constraints."""
     from scipy.optimize import minimize
 
@@ -65,10 +68,12 @@ def slsqp(problem: Problem, z: Array, memory: Memory) -> str:
             callback=report,
             options={"maxiter": 500, "ftol": 1e-9 * scale * max(size, 1e-12)},
         )
-        ended = CONVERGED if found.success else f"{STALLED}: {_words(found.message)}"
+        ended = CONVERGED
+        if not found.success:
+            ended = Ending(Reason.STALLED, _words(found.message))
     reached = seen[-1].z
     if (np.abs(reached - z) >= (1 - 1e-6) * reach).any():
-        return f"{STALLED}: the shape has moved as far as one level of slsqp may"
+        return Ending(Reason.STALLED, "the shape has moved as far as one level of slsqp may")
     return ended
 
 
@@ -79,13 +84,25 @@ def _words(message: str) -> str:
 
 def _constraints(problem: Any) -> list[dict[str, Any]]:
     parts: list[dict[str, Any]] = []
-    for kind in ("eq", "ineq"):
+    for kind in Relation:
         if problem.constraint_count(kind):
             parts.append(
                 {
-                    "type": kind,
+                    "type": kind.value,
                     "fun": lambda x, k=kind: problem.constraints(x, k)[0],
                     "jac": lambda x, k=kind: problem.constraints(x, k)[1],
                 }
             )
     return parts
+
+
+class Slsqp(MethodSpec, frozen=True, tag="slsqp"):
+    """Sequential quadratic programming, which keeps constraints."""
+
+    title = "SLSQP (constraints)"
+    constraints = True
+    trigger = Trigger(slope=0.7)
+
+    def minimise(self, problem: Problem, z: Array, memory: Memory) -> Ending:
+        """See `MethodSpec`."""
+        return slsqp(problem, z, memory)

@@ -1,15 +1,72 @@
-"""The protocol of objectives."""
+"""What every objective is: asked for shapes, it says what they cost and what it can do besides.
+
+1. What an objective can do is declared (`Abilities`); nobody looks for methods it may have.
+2. All that an evaluation needs comes with the `Request`, so that an objective has no state of
+   the study, and a wrapper changes the request, asks what it wraps and changes the answer.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterator, Mapping
+from concurrent.futures import Future
+from contextlib import contextmanager
 from dataclasses import dataclass, field
-from typing import Any, Protocol, runtime_checkable
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
+
+
+def never() -> bool:
+    """Nobody stops the study."""
+    return False
+
+
+@dataclass(frozen=True)
+class Abilities:
+    """What an objective can do.
+
+    Attributes
+    ----------
+    gradient : bool
+        Whether gradients come; without, finite differences over the design variables do.
+    residuals : bool
+        Whether the cost is half a sum of squares whose parts come too.
+    batch : int
+        Evaluations that pay at the same time.
+    angles : tuple of float
+        Angles of attack, in degrees, of the flows that it solves.
+    """
+
+    gradient: bool = True
+    residuals: bool = False
+    batch: int = 1
+    angles: tuple[float, ...] = ()
+
+
+class Request(NamedTuple):
+    """A shape to be evaluated.
+
+    Attributes
+    ----------
+    points : numpy.ndarray
+        (n, 3).
+    gradient : bool
+        Whether its derivatives are wanted, of an objective that has them.
+    variables : list of float or None
+        Design variables; None if they cannot describe the shape: a refinement asks what new
+        control points would bring.
+    stopped : callable
+        Whether the study is stopped; an objective that takes its time asks in between.
+    """
+
+    points: Array
+    gradient: bool = True
+    variables: list[float] | None = None
+    stopped: Callable[[], bool] = never
 
 
 @dataclass
@@ -41,33 +98,32 @@ class Evaluation:
     measures: dict[str, float] = field(default_factory=dict)
 
 
-class Objective(Protocol):
-    """Anything with a value for points, and its gradient if it can.
+Start = Callable[[Request], "Future[Evaluation]"]
 
-    `differentiable` says whether gradients come; without, finite differences over the design
-    variables take their place.
-    """
 
-    differentiable: bool
+class Objective(ABC):
+    """Anything with a value for points."""
+
+    abilities: Abilities = Abilities()
+
+    @abstractmethod
+    def answer(self, request: Request) -> Evaluation:
+        """Evaluate a shape."""
 
     def evaluate(self, points: Array, gradient: bool = True) -> Evaluation:
-        """Evaluate at (n, 3) points; with `gradient` also what derives from it."""
-        ...
+        """Evaluate (n, 3) points; with `gradient` also what derives from it."""
+        return self.answer(Request(points, gradient))
 
+    @contextmanager
+    def starting(self) -> Iterator[Start]:
+        """Function that begins an evaluation; leaving by an exception ends all of them.
 
-@runtime_checkable
-class TakesVariables(Protocol):
-    """An objective that is told the design variables before an evaluation.
+        By default an evaluation is made at once.
+        """
+        from ffdstudio.optimize.objectives.stream import at_once
 
-    None stands for a shape that the variables cannot describe: a refinement asks what new
-    control points would bring.
-    """
+        yield lambda request: at_once(self, request)
 
-    variables: list[float] | None
-
-
-@runtime_checkable
-class Stoppable(Protocol):
-    """An objective that takes its time, and looks in between whether the study is stopped."""
-
-    stopped: Callable[[], bool]
+    def pressures(self, points: Array) -> Mapping[str, Mapping[str, tuple[Array, Array]]]:
+        """Pressure curves (x, Cp) by their name, of each flow by its name, for plots."""
+        return {}

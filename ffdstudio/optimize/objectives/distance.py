@@ -10,10 +10,10 @@ from numpy.typing import ArrayLike, NDArray
 from ffdstudio.errors import InputError
 from ffdstudio.optimize.geometry.contour import Contour, Mask
 from ffdstudio.optimize.geometry.nearest import Triangles
-from ffdstudio.optimize.objectives.base import Array, Evaluation
+from ffdstudio.optimize.objectives.base import Abilities, Array, Evaluation, Objective, Request
 
 
-class ContourDistance:
+class ContourDistance(Objective):
     """Half the mean squared distance of points to the same surface of a contour.
 
     Parameters
@@ -33,7 +33,7 @@ class ContourDistance:
     0.005
     """
 
-    differentiable = True
+    abilities = Abilities(residuals=True)
 
     def __init__(self, target: Contour, upper: ArrayLike, unit: ArrayLike | None = None) -> None:
         self.target = target
@@ -45,15 +45,15 @@ class ContourDistance:
         foot = self.target.nearest(points, self.upper)
         return foot.distance, np.column_stack([foot.direction, np.zeros(len(points))])
 
-    def evaluate(self, points: Array, gradient: bool = True) -> Evaluation:
+    def answer(self, request: Request) -> Evaluation:
         """See `Objective`."""
-        distance, direction = self.distances(points)
+        distance, direction = self.distances(request.points)
         if self.unit is not None:
             distance, direction = distance / self.unit, direction / self.unit[:, None]
         return _half_mean_square(distance, direction)
 
 
-class SurfaceDistance:
+class SurfaceDistance(Objective):
     """Half the mean squared distance of points to a triangulated surface.
 
     Parameters
@@ -64,7 +64,7 @@ class SurfaceDistance:
         (k, 3) indices into them.
     """
 
-    differentiable = True
+    abilities = Abilities(residuals=True)
 
     def __init__(self, points: ArrayLike, triangles: ArrayLike) -> None:
         self.target = Triangles(points, triangles)
@@ -73,12 +73,12 @@ class SurfaceDistance:
         """(n,) signed distances and (n, 3) their derivatives by the points."""
         return self.target.nearest(points)
 
-    def evaluate(self, points: Array, gradient: bool = True) -> Evaluation:
+    def answer(self, request: Request) -> Evaluation:
         """See `Objective`."""
-        return _half_mean_square(*self.distances(points))
+        return _half_mean_square(*self.distances(request.points))
 
 
-class PointDistance:
+class PointDistance(Objective):
     """Half the mean squared distance of points to given places, one for each.
 
     Parameters
@@ -87,15 +87,16 @@ class PointDistance:
         (n, 3).
     """
 
-    differentiable = True
+    abilities = Abilities(residuals=True)
 
     def __init__(self, target: ArrayLike) -> None:
         self.target = np.asarray(target, dtype=np.float64)
 
-    def evaluate(self, points: Array, gradient: bool = True) -> Evaluation:
+    def answer(self, request: Request) -> Evaluation:
         """See `Objective`."""
         from scipy.sparse import identity
 
+        points = request.points
         if points.shape != self.target.shape:
             raise InputError(
                 f"the target has {len(self.target)} points, the shape has {len(points)}"

@@ -1,8 +1,12 @@
-"""Failures of an evaluation that a method can step back from."""
+"""Failures of an evaluation."""
 
 from __future__ import annotations
 
-from ffdstudio.optimize.objectives.remembered import EvaluationError
+from ffdstudio.errors import InputError
+
+
+class EvaluationError(InputError):
+    """An evaluation failed; the study ends there and can be resumed."""
 
 
 class NotFinite(EvaluationError):

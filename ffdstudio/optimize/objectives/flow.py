@@ -9,10 +9,10 @@ from numpy.typing import ArrayLike
 
 from ffdstudio.errors import InputError
 from ffdstudio.optimize.flow.panel import PanelFlow, flow_about
-from ffdstudio.optimize.objectives.base import Array, Evaluation
+from ffdstudio.optimize.objectives.base import Abilities, Array, Evaluation, Objective, Request
 
 
-class FlowTarget:
+class FlowTarget(Objective):
     """Squared differences of pressure, lift and moment to targets, summed over angles.
 
     The cost is ``1/2 mean w (Cp - Cp*)^2 + 1/2 sum w (CL - CL*)^2 + 1/2 sum w (CM - CM*)^2`` of
@@ -38,8 +38,6 @@ class FlowTarget:
     2.0
     """
 
-    differentiable = True
-
     def __init__(
         self,
         angles: Sequence[float],
@@ -49,6 +47,7 @@ class FlowTarget:
         weights: Mapping[str, ArrayLike | None] | None = None,
     ) -> None:
         self.angles = [float(a) for a in angles]
+        self.abilities = Abilities(angles=tuple(self.angles))
         self.pressure = None if pressure is None else np.atleast_2d(np.asarray(pressure, float))
         self.lift = self._per_angle(lift, "lift")
         self.moment = self._per_angle(moment, "moment")
@@ -79,9 +78,9 @@ class FlowTarget:
             raise InputError(f"{len(self.angles)} angles need as many values of {name}")
         return array
 
-    def evaluate(self, points: Array, gradient: bool = True) -> Evaluation:
+    def answer(self, request: Request) -> Evaluation:
         """See `Objective`."""
-        flow = flow_about(points, tuple(self.angles))
+        flow = flow_about(request.points, tuple(self.angles))
         lift, moment = flow.lift(), flow.moment()
         gaps = {
             "pressure": self._pressure_gap(flow),
@@ -94,7 +93,7 @@ class FlowTarget:
         result = Evaluation(value, flow=1)
         for k, angle in enumerate(self.angles):
             result.measures |= {f"cl@{angle:g}": float(lift[k]), f"cm@{angle:g}": float(moment[k])}
-        if gradient:
+        if request.gradient:
             xy = flow.gradient(slopes.get("pressure"), slopes.get("lift"), slopes.get("moment"))
             result.gradient, result.adjoint = np.column_stack([xy, np.zeros(len(xy))]), 1
         return result
@@ -112,3 +111,14 @@ class FlowTarget:
                 f"the target pressures are {self.pressure.shape}, the flow's {flow.pressure.shape}"
             )
         return flow.pressure - self.pressure
+
+    def pressures(self, points: Array) -> Mapping[str, Mapping[str, tuple[Array, Array]]]:
+        """See `Objective`: the curve of the shape, and the target if there is one."""
+        found: dict[str, Mapping[str, tuple[Array, Array]]] = {}
+        for k, angle in enumerate(self.angles):
+            flow = PanelFlow(points, [angle])
+            curves = {"shape": (flow.middles.real, flow.pressure[0])}
+            if self.pressure is not None:
+                curves["target"] = (flow.middles.real, self.pressure[k])
+            found[f"{angle:g}"] = curves
+        return found

@@ -4,18 +4,28 @@ from __future__ import annotations
 
 import importlib
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from concurrent.futures import Executor, ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
 
 from ffdstudio.errors import InputError
-from ffdstudio.optimize.objectives.base import Array, Evaluation
-from ffdstudio.optimize.objectives.failures import NotFinite
-from ffdstudio.optimize.objectives.remembered import EvaluationError
+from ffdstudio.optimize.objectives.base import (
+    Abilities,
+    Array,
+    Evaluation,
+    Objective,
+    Request,
+    Start,
+)
+from ffdstudio.optimize.objectives.failures import EvaluationError, NotFinite
+from ffdstudio.optimize.objectives.stream import evaluated
 
 
-class PythonFunction:
+class PythonFunction(Objective):
     """A function of the (n, 3) points.
 
     Parameters
@@ -38,13 +48,25 @@ class PythonFunction:
     ) -> None:
         self.function = named(function) if isinstance(function, str) else function
         self.name = function if isinstance(function, str) else None
-        self.differentiable, self.processes = gradient, processes
+        self.abilities = Abilities(gradient=gradient, batch=processes)
         if processes > 1 and self.name is None:
             raise InputError('several processes need a function by name, as "module:function"')
 
-    def evaluate(self, points: Array, gradient: bool = True) -> Evaluation:
+    def answer(self, request: Request) -> Evaluation:
         """See `Objective`."""
-        return checked(_call(self.function, points), points, self.differentiable)
+        points = request.points
+        return checked(_call(self.function, points), points, self.abilities.gradient)
+
+    @contextmanager
+    def starting(self) -> Iterator[Start]:
+        """See `Objective`: functions by name get processes, others are evaluated at once."""
+        if self.abilities.batch == 1:
+            with super().starting() as start:
+                yield start
+            return
+        name, gradient = self.name or "", self.abilities.gradient
+        with _spawned(self.abilities.batch) as pool:
+            yield lambda request: pool.submit(_in_process, name, gradient, request.points)
 
 
 def named(name: str) -> Callable[[Array], Any]:
@@ -81,3 +103,21 @@ def checked(result: Any, points: Array, differentiable: bool) -> Evaluation:
     if differentiable and rows is not None and not np.isfinite(rows).all():
         raise EvaluationError("the objective returned a gradient that is not finite")
     return Evaluation(number, rows if differentiable else None, flow=1, adjoint=int(differentiable))
+
+
+@contextmanager
+def _spawned(count: int) -> Iterator[Executor]:
+    from multiprocessing import get_context
+
+    pool = ProcessPoolExecutor(count, mp_context=get_context("spawn"))
+    try:
+        yield pool
+    except BrokenProcessPool as error:
+        raise EvaluationError("a process of the objective died") from error
+    finally:
+        pool.shutdown(cancel_futures=True)
+
+
+def _in_process(name: str, gradient: bool, points: Array) -> Evaluation:
+    """What a spawned process does."""
+    return evaluated(PythonFunction(name, gradient), Request(points, False))

@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 
 from ffdstudio.errors import InputError
-from ffdstudio.optimize.objectives.base import Array, Evaluation
+from ffdstudio.optimize.objectives.base import Abilities, Evaluation, Objective, Request
 
 
-class NeuralFoil:
+class NeuralFoil(Objective):
     """Drag at a lift, by NeuralFoil (P. Sharpe, MIT, 2023); gradients by finite differences.
 
     The cost is ``cd + weight * (cl - lift)^2`` at one angle of attack and Reynolds number.
@@ -21,7 +21,7 @@ class NeuralFoil:
         If the package neuralfoil is not installed.
     """
 
-    differentiable = False
+    abilities = Abilities(gradient=False)
 
     def __init__(self, angle: float, reynolds: float, lift: float, weight: float = 1.0) -> None:
         try:
@@ -33,10 +33,10 @@ class NeuralFoil:
         self.solver: Any = neuralfoil
         self.angle, self.reynolds, self.lift, self.weight = angle, reynolds, lift, weight
 
-    def evaluate(self, points: Array, gradient: bool = True) -> Evaluation:
+    def answer(self, request: Request) -> Evaluation:
         """See `Objective`."""
         found = self.solver.get_aero_from_coordinates(
-            coordinates=points[:, :2], alpha=self.angle, Re=self.reynolds
+            coordinates=request.points[:, :2], alpha=self.angle, Re=self.reynolds
         )
         cl, cd = (float(np.ravel(found[name])[0]) for name in ("CL", "CD"))
         return Evaluation(

@@ -18,7 +18,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import contextmanager
 from pathlib import Path
 from threading import Event, Lock
@@ -28,13 +28,19 @@ import numpy as np
 
 from ffdstudio.errors import InputError
 from ffdstudio.files import read_bytes, write_bytes
-from ffdstudio.optimize.objectives.base import Array, Evaluation
+from ffdstudio.optimize.objectives.base import (
+    Abilities,
+    Array,
+    Evaluation,
+    Objective,
+    Request,
+    Start,
+)
+from ffdstudio.optimize.objectives.failures import EvaluationError
 from ffdstudio.optimize.objectives.process import run_program
-from ffdstudio.optimize.objectives.remembered import EvaluationError
-from ffdstudio.optimize.objectives.stream import Job, Start
 
 
-class ExternalProgram:
+class ExternalProgram(Objective):
     """Any executable.
 
     Parameters
@@ -65,49 +71,50 @@ class ExternalProgram:
         if not command:
             raise InputError("the external program has no command")
         self.command, self.folder, self.mesh = list(command), Path(folder), mesh
-        self.differentiable, self.time_limit, self.processes = sensitivity, time_limit, processes
-        self.variables: list[float] | None = []
-        self.stopped: Callable[[], bool] = lambda: False
+        self.abilities = Abilities(gradient=sensitivity, batch=processes)
+        self.time_limit = time_limit
         self._number, self._lock = 0, Lock()
 
-    def evaluate(self, points: Array, gradient: bool = True) -> Evaluation:
+    def answer(self, request: Request) -> Evaluation:
         """See `Objective`."""
-        wanted = gradient and self.differentiable
-        return self._evaluated(Job(points, self.variables), wanted, self.stopped)
+        wanted = request.gradient and self.abilities.gradient
+        place = self._prepare(request, wanted)
+        self._run(place, request.stopped)
+        return self._result(place, len(request.points), wanted)
 
     @contextmanager
     def starting(self) -> Iterator[Start]:
-        """See `stream.Concurrent`."""
+        """See `Objective`: programs run beside each other."""
         abandoned = Event()
 
-        def stopped() -> bool:
-            return self.stopped() or abandoned.is_set()
+        def begin(request: Request) -> Future[Evaluation]:
+            stopped = request.stopped
 
-        pool = ThreadPoolExecutor(self.processes)
+            def over() -> bool:
+                return stopped() or abandoned.is_set()
+
+            return pool.submit(self.answer, request._replace(gradient=False, stopped=over))
+
+        pool = ThreadPoolExecutor(self.abilities.batch)
         try:
-            yield lambda job: pool.submit(self._evaluated, job, False, stopped)
+            yield begin
         except BaseException:
             abandoned.set()
             raise
         finally:
             pool.shutdown(cancel_futures=True)
 
-    def _evaluated(self, job: Job, gradient: bool, stopped: Callable[[], bool]) -> Evaluation:
-        place = self._prepare(job, gradient)
-        self._run(place, stopped)
-        return self._result(place, len(job.points), gradient)
-
-    def _prepare(self, job: Job, gradient: bool) -> Path:
+    def _prepare(self, request: Request, gradient: bool) -> Path:
         place = self._new_folder()
-        lines = [",".join(map(repr, row)) for row in job.points.tolist()]
+        lines = [",".join(map(repr, row)) for row in request.points.tolist()]
         write_bytes(place / "points.csv", ("\n".join(lines) + "\n").encode())
-        said = {"variables": job.variables, "gradient": gradient}
+        said = {"variables": request.variables, "gradient": gradient}
         write_bytes(place / "variables.json", json.dumps(said).encode())
         if self.mesh is not None:
             from ffdstudio.meshes import write_mesh
 
             suffix = Path(self.mesh.path).suffix if self.mesh.path else ".vtu"
-            write_mesh(self.mesh, place / f"mesh{suffix}", job.points)
+            write_mesh(self.mesh, place / f"mesh{suffix}", request.points)
         return place
 
     def _new_folder(self) -> Path:

@@ -5,11 +5,11 @@ from __future__ import annotations
 import hashlib
 import io
 import json
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator, Mapping
 from concurrent.futures import Future
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -19,19 +19,13 @@ from ffdstudio.optimize.objectives.base import (
     Array,
     Evaluation,
     Objective,
-    Stoppable,
-    TakesVariables,
+    Request,
+    Start,
 )
-
-if TYPE_CHECKING:
-    from ffdstudio.optimize.objectives.stream import Job, Start
+from ffdstudio.optimize.objectives.stream import then
 
 
-class EvaluationError(InputError):
-    """An evaluation failed; the study ends there and can be resumed."""
-
-
-class Remembered:
+class Remembered(Objective):
     """An expensive objective with a folder of what it has said.
 
     An evaluation is found by the SHA-256 of the points and of what the objective is. A damaged
@@ -56,10 +50,7 @@ class Remembered:
         self, objective: Objective, folder: Path, identity: str = "", resume: bool = True
     ) -> None:
         self.objective, self.folder = objective, folder
-        self.differentiable = objective.differentiable
-        self.processes: int = getattr(objective, "processes", 1)
-        self.variables: list[float] | None = []
-        self.stopped: Callable[[], bool] = lambda: False
+        self.abilities = objective.abilities
         self.recalled = 0
         self._identity, self._resume = identity.encode(), resume
         self._own: set[Path] = set()
@@ -68,37 +59,31 @@ class Remembered:
         except OSError as error:
             raise InputError(f"cannot make the folder {folder}: {error.strerror}") from error
 
-    def evaluate(self, points: Array, gradient: bool = True) -> Evaluation:
+    def answer(self, request: Request) -> Evaluation:
         """See `Objective`."""
-        known = self._recalled(points, gradient and self.differentiable)
+        known = self._recalled(request.points, request.gradient and self.abilities.gradient)
         if known is not None:
             return known
-        if isinstance(self.objective, TakesVariables):
-            self.objective.variables = self.variables
-        self._pass_on()
-        return self._kept(points, self.objective.evaluate(points, gradient))
+        return self._kept(request.points, self.objective.answer(request))
 
     @contextmanager
     def starting(self) -> Iterator[Start]:
-        """See `stream.Concurrent`: those that are known are not begun, others kept as they end."""
-        from ffdstudio.optimize.objectives.stream import starting
+        """See `Objective`: those that are known are not begun, others are kept as they end."""
+        with self.objective.starting() as start:
 
-        self._pass_on()
-        with starting(self.objective) as start:
-
-            def begin(job: Job) -> Future[Evaluation]:
-                known = self._recalled(job.points, False)
+            def begin(request: Request) -> Future[Evaluation]:
+                known = self._recalled(request.points, False)
                 if known is None:
-                    return _then(start(job), lambda found: self._kept(job.points, found))
+                    return then(start(request), lambda found: self._kept(request.points, found))
                 ready: Future[Evaluation] = Future()
                 ready.set_result(known)
                 return ready
 
             yield begin
 
-    def _pass_on(self) -> None:
-        if isinstance(self.objective, Stoppable):
-            self.objective.stopped = self.stopped
+    def pressures(self, points: Array) -> Mapping[str, Mapping[str, tuple[Array, Array]]]:
+        """See `Objective`."""
+        return self.objective.pressures(points)
 
     # ---- the folder ---------------------------------------------------------------------------
 
@@ -121,22 +106,6 @@ class Remembered:
         _write(path, found)
         self._own.add(path)
         return found
-
-
-def _then(
-    first: Future[Evaluation], change: Callable[[Evaluation], Evaluation]
-) -> Future[Evaluation]:
-    """What comes of a future, changed as soon as it is there."""
-    second: Future[Evaluation] = Future()
-
-    def ended(done: Future[Evaluation]) -> None:
-        try:
-            second.set_result(change(done.result()))
-        except BaseException as error:  # whatever it was, the one who waits hears of it
-            second.set_exception(error)
-
-    first.add_done_callback(ended)
-    return second
 
 
 def _read(path: Path) -> Evaluation | None:

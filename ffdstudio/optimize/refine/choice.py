@@ -9,9 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ffdstudio.errors import InputError
+from ffdstudio.optimize.catalog.indicators import indicator_named
 from ffdstudio.optimize.methods.problem import reference_decrease
 from ffdstudio.optimize.refine.candidates import Candidate, Guards, candidates
-from ffdstudio.optimize.refine.indicators import INDICATORS, GainState
+from ffdstudio.optimize.refine.indicators import GainState
 from ffdstudio.optimize.refine.sensitivity import Sensitivity
 from ffdstudio.optimize.variables.level import Level
 from ffdstudio.optimize.variables.space import Insertion
@@ -69,10 +70,7 @@ class Refinement:
     guards: Guards = field(default_factory=Guards)
 
     def __post_init__(self) -> None:
-        if self.indicator not in INDICATORS:
-            raise InputError(
-                f"the indicator must be one of {', '.join(INDICATORS)}, got {self.indicator!r}"
-            )
+        indicator_named(self.indicator)
         if self.positions < 1 or self.insertions < 1:
             raise InputError("a refinement needs at least one position a span and one insertion")
         if self.coarsen is not None and not 0 <= self.coarsen < np.inf:
@@ -97,7 +95,7 @@ def rank(level: Level, sensitivity: Sensitivity, settings: Refinement) -> Rankin
     found = [c for c in _all(level, settings) if level.space.size + c.size <= settings.variables]
     if not found:
         return Ranking([], np.zeros(0))
-    scores = INDICATORS[settings.indicator](level, sensitivity, found)
+    scores = indicator_named(settings.indicator).scores(level, sensitivity, found)
     scores = scores / np.array([c.size for c in found])
     order = np.argsort(-scores, kind="stable")
     return Ranking([found[k] for k in order], scores[order])
@@ -110,7 +108,7 @@ def choose(
     ranking = rank(level, sensitivity, settings)
     if not ranking.candidates or ranking.best <= settings.least_gain * cost:
         return []
-    if settings.indicator == "gain":
+    if indicator_named(settings.indicator).greedy:
         return _greedy(level, sensitivity, settings, ranking)
     return _one_a_span(level, settings, ranking)
 
@@ -155,13 +153,14 @@ def _greedy(
 
 def _one_a_span(level: Level, settings: Refinement, ranking: Ranking) -> list[Insertion]:
     chosen: list[Candidate] = []
+    halved = indicator_named(settings.indicator).middle
     for c in ranking.candidates:
         if c.place in {other.place for other in chosen}:
             continue
         if len(chosen) == settings.insertions or not _room(level, settings, [*chosen, c]):
             break
         middle = [o for o in ranking.candidates if o.place == c.place]
-        chosen.append(middle[len(middle) // 2] if settings.indicator == "interval" else c)
+        chosen.append(middle[len(middle) // 2] if halved else c)
     return [c.insertion for c in chosen]
 
 

@@ -17,6 +17,7 @@ gradient
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
@@ -92,8 +93,39 @@ def _in_span(level: Level, candidate: Candidate) -> NDArray[np.bool_]:
     return (u >= ends[k - 1]) & (u <= ends[k])
 
 
-INDICATORS: dict[str, Callable[[Level, Sensitivity, Sequence[Candidate]], Array]] = {
-    "gain": gain,
-    "interval": interval,
-    "gradient": literal,
-}
+@dataclass(frozen=True)
+class Indicator:
+    """What says where a knot is worth most: a row of the catalog.
+
+    Attributes
+    ----------
+    name, title, about : str
+        In files, for people, and what it measures.
+    scores : callable
+        What candidates are worth on a level.
+    greedy : bool
+        Whether knots of one cycle are chosen one after the other, each beside those before it.
+    middle : bool
+        Whether an interval is halved, whichever of its places has the best score.
+    """
+
+    name: str
+    title: str
+    about: str
+    scores: Callable[[Level, Sensitivity, Sequence[Candidate]], Array]
+    greedy: bool = False
+    middle: bool = False
+
+
+GAIN = Indicator(
+    "gain", "Gain", "What the new functions capture of the gradient and the present ones do not.",
+    gain, greedy=True,
+)  # fmt: skip
+INTERVAL = Indicator(
+    "interval", "Energy of the interval", "Energy of the gradient that is not captured, by "
+    "knot interval.", interval, middle=True,
+)  # fmt: skip
+GRADIENT = Indicator(
+    "gradient", "Gradient of new points", "Size of the derivative by the new control points.",
+    literal,
+)  # fmt: skip

@@ -11,11 +11,16 @@ from contextlib import contextmanager
 
 from ffdstudio.optimize.budget import BudgetSpent
 from ffdstudio.optimize.control import Stopped
-from ffdstudio.optimize.objectives.remembered import EvaluationError
+from ffdstudio.optimize.ending import STOPPED, Ending, Reason
+from ffdstudio.optimize.objectives.failures import EvaluationError
 
 
 class Over(Exception):
-    """What a refinement asks cannot be answered; the message is how the study ended."""
+    """What a refinement asks cannot be answered: the study has ended."""
+
+    def __init__(self, ending: Ending) -> None:
+        super().__init__(str(ending))
+        self.ending = ending
 
 
 @contextmanager
@@ -24,8 +29,8 @@ def asking() -> Iterator[None]:
     try:
         yield
     except BudgetSpent as spent:
-        raise Over(str(spent)) from spent
+        raise Over(spent.ending) from spent
     except Stopped as stop:
-        raise Over("stopped") from stop
+        raise Over(STOPPED) from stop
     except EvaluationError as failed:
-        raise Over(f"failed: {failed}") from failed
+        raise Over(Ending(Reason.FAILED, str(failed))) from failed

@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from ffdstudio.engine import Lattice
 from ffdstudio.errors import InputError
 from ffdstudio.files import read_bytes, write_bytes
+from ffdstudio.optimize.ending import Ending, Reason
 
 Array = NDArray[np.float64]
 LOG = "log.jsonl"
@@ -49,6 +50,8 @@ class Record:
         Of iterates and refinements: knots, control points, weights.
     note : str
         What was inserted, or why the study ended.
+    ending : Ending, optional
+        How the study ended, of the last record.
     """
 
     kind: str
@@ -65,6 +68,7 @@ class Record:
     measures: dict[str, float] = field(default_factory=dict)
     lattice: dict[str, Any] | None = None
     note: str = ""
+    ending: Ending | None = None
 
     def same(self, other: Record) -> bool:
         """Whether both tell of the same step, whenever it was made."""
@@ -84,6 +88,11 @@ class History:
 
     def __init__(self, records: list[Record] | None = None) -> None:
         self.records = records if records is not None else []
+
+    @property
+    def ending(self) -> Ending | None:
+        """How the study ended; None while it runs, and of logs that do not tell."""
+        return self.records[-1].ending if self.records else None
 
     @property
     def iterates(self) -> list[Record]:
@@ -148,9 +157,15 @@ def _parsed(path: Path) -> Iterator[Record]:
     lines = read_bytes(path).split(b"\n")
     for number, line in enumerate(lines[:-1], start=1):  # the last one is unfinished or empty
         try:
-            yield Record(**json.loads(line))
+            yield _record(json.loads(line))
         except (ValueError, TypeError) as error:
             raise InputError(f"line {number} of {path} is no record of a study") from error
+
+
+def _record(fields: dict[str, Any]) -> Record:
+    told = fields.pop("ending", None)
+    ending = None if told is None else Ending(**told | {"reason": Reason(told["reason"])})
+    return Record(**fields, ending=ending)
 
 
 class Log:

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -17,18 +18,17 @@ from numpy.typing import NDArray
 
 from ffdstudio.engine import Lattice
 from ffdstudio.optimize.budget import BudgetSpent, Counts
+from ffdstudio.optimize.catalog.metrics import metric_named
 from ffdstudio.optimize.control import Stopped
+from ffdstudio.optimize.ending import CONVERGED, DUE, STALLED, STOPPED, Ending, Reason
 from ffdstudio.optimize.flow.panel import forget_flows
 from ffdstudio.optimize.methods.problem import (
-    CONVERGED,
-    STALLED,
     Memory,
     Trial,
     carried_directions,
     reference_decrease,
 )
-from ffdstudio.optimize.objectives.base import Stoppable
-from ffdstudio.optimize.objectives.remembered import EvaluationError
+from ffdstudio.optimize.objectives.failures import EvaluationError
 from ffdstudio.optimize.refine.choice import choose, due, limit, rank
 from ffdstudio.optimize.refine.coarsen import coarsened
 from ffdstudio.optimize.refine.relocate import relocated
@@ -44,9 +44,6 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 Listener = Callable[[Record], None]
-DUE = "refinement due"
-ON_A_LEVEL = (CONVERGED, STALLED, DUE)  # more can be had from another level only
-ENDED_WELL = (CONVERGED, STALLED, "tolerance reached")
 ALLOWED = 1e-6  # violation of a constraint that counts as met at the end
 MET = 1e-8  # violation of a constraint that a coarser lattice may have
 
@@ -71,10 +68,8 @@ class Run:
         self.task, self.refinement, self.budget = study.task, study.refinement, study.budget
         self.study, self.history = study, history
         self._log = Log(study.folder, study.resume)
-        if isinstance(self.task.objective, Stoppable):
-            self.task.objective.stopped = study.control.stopping
         self._listener, self._began = listener, time.perf_counter()
-        body = Body(self.task.embedding, self.task.surface, self.task.metric)
+        body = Body(self.task.embedding, self.task.surface, metric_named(self.task.metric))
         self.level = first_level(body, self.task.rules, self.task.current, self.task.knots)
         self._number, self._iteration = 0, 0
         self.counts, self.memory = Counts(), Memory()
@@ -90,25 +85,25 @@ class Run:
         forget_flows()
         try:
             with threadpool_limits(1, user_api="blas"):  # see 2
-                note = self._coarsened(self._levels_or_over())
+                ending = self._coarsened(self._levels_or_over())
         finally:
             self._log.close()
-        best, note = self.best, self._in_full(note)
-        self._record("end", best.value, y=self._y(best.z), note=note)
+        best, ending = self.best, self._in_full(ending)
+        self._record("end", best.value, y=self._y(best.z), note=str(ending), ending=ending)
         self._log.close()
 
-    def _levels_or_over(self) -> str:
+    def _levels_or_over(self) -> Ending:
         try:
             return self._levels()
         except Over as over:
-            return self._ended(str(over))
+            return self._ended(over.ending)
 
-    def _levels(self) -> str:
+    def _levels(self) -> Ending:
         """Go from level to level; returns why the study ended."""
         kept: _Kept | None = None
         while True:
-            note, over = self._one_level(), True
-            if _kind(note) in ON_A_LEVEL and kept is None:
+            ending, over = self._one_level(), True
+            if ending.on_a_level and kept is None:
                 over = not self._refine()
             if (
                 over
@@ -118,25 +113,25 @@ class Run:
                 self._go_back(kept)
             if not over:
                 continue
-            if kept is None and _kind(note) in ON_A_LEVEL and self._inserted:
+            if kept is None and ending.on_a_level and self._inserted:
                 kept = self._relocate()
                 if kept is not None:
                     continue
-            return self._ended(CONVERGED if note == DUE else note)
+            return self._ended(CONVERGED if ending.reason is Reason.DUE else ending)
 
-    def _in_full(self, note: str) -> str:
+    def _in_full(self, ending: Ending) -> Ending:
         """Why the study ended, with constraints that are not met and a guard that ended growth."""
         if self._violation() > ALLOWED:
-            if note == CONVERGED and self.problem.constrained:
-                note = STALLED
-            note += "; constraints not met"
-        return f"{note}; {self._limit}" if self._limit else note
+            if ending == CONVERGED and self.problem.constrained:
+                ending = STALLED
+            ending = replace(ending, missed=True)
+        return replace(ending, growth=self._limit)
 
-    def _coarsened(self, note: str) -> str:
+    def _coarsened(self, before: Ending) -> Ending:
         """Remove knots as long as the cost allows it; returns why the study ended."""
         settings = self.refinement
-        if settings is None or settings.coarsen is None or _kind(note) not in ENDED_WELL:
-            return note
+        if settings is None or settings.coarsen is None or not before.well:
+            return before
         self._growing = False
         merit = self.problem.merit(self.best)
         allowed = merit + settings.coarsen * self._worth(merit)
@@ -146,14 +141,14 @@ class Run:
             kept = self._kept()
             ended = self._remove()
             merit = self.problem.merit(self.best)
-            if _kind(ended) in ENDED_WELL and merit <= allowed and self._violation() <= violation:
+            if ended.well and merit <= allowed and self._violation() <= violation:
                 self._ended(ended)
                 continue
             self._go_back(kept)
-            return self._ended(note if _kind(ended) in ENDED_WELL else ended)
-        return note
+            return self._ended(before if ended.well else ended)
+        return before
 
-    def _remove(self) -> str:
+    def _remove(self) -> Ending:
         """Remove a knot and run the method; returns why that ended."""
         first, z = DesignSpace.of(self.task.embedding.lattice, self.task.rules), self.best.z
         try:
@@ -161,7 +156,7 @@ class Run:
                 sensitivity = self.problem.sensitivity(self.best)
                 self.level, gone = coarsened(first, self._inserted, self.level, sensitivity, z)
         except Over as over:
-            return str(over)
+            return over.ending
         self._inserted = [c for c in self._inserted if c is not gone]
         self._begin_anew(f"removed: {_told(gone)}")
         return self._one_level()
@@ -186,23 +181,23 @@ class Run:
         lattice = self.level.space.lattice
         self._record("refinement", self.best.value, note=note, lattice=lattice)
 
-    def _one_level(self) -> str:
+    def _one_level(self) -> Ending:
         """Run the method on the present level; returns what ended it."""
         try:
             start = self._open_level()
-            return self.study.method(self.problem, start, self.memory)
+            return self.study.method.minimise(self.problem, start, self.memory)
         except _RefinementDue:
             return DUE
         except BudgetSpent as spent:
-            return str(spent)
+            return spent.ending
         except Stopped:
             if not self.history.iterates:
                 raise EvaluationError("stopped before the start was evaluated") from None
-            return "stopped"
+            return STOPPED
         except EvaluationError as failed:
             if not self.history.iterates:
                 raise
-            return f"failed: {failed}"
+            return Ending(Reason.FAILED, str(failed))
 
     def _relocate(self) -> _Kept | None:
         """Move the inserted knots; returns what to go back to if that does not help."""
@@ -218,15 +213,16 @@ class Run:
         self._begin_anew("relocated: " + ", ".join(_told(c) for c in self._inserted))
         return kept
 
-    def _ended(self, note: str) -> str:
+    def _ended(self, ending: Ending) -> Ending:
         last = self.history.iterates[-1]
         if self.best is not self._last or last.level != self._number:
             self._iterate(self.best)  # what a stopped line search had found, or was better before
-        return note
+        return ending
 
     def _open_level(self) -> Array:
         self._values: list[float] = []
-        self.problem = LevelProblem(self.level, self.task, self.counts, self.study.method_name)
+        self.problem = LevelProblem(self.level, self.task, self.counts, self.study.method)
+        self.problem.stopped = self.study.control.stopping
         self.problem.on_trial = self._evaluated
         self.problem.on_report = self._reported
         self.problem.on_difference = self._differenced
@@ -262,7 +258,7 @@ class Run:
 
     def _carry(self, matrix: Array) -> None:
         """Take the memory into the finer space: steps by insertion, gradients by pulling back."""
-        if not self.study.carry_memory:
+        if not self.study.method.carry_memory:
             self.memory = Memory()
             return
         pairs: list[tuple[Array, Array, Array | None]] = [
@@ -270,7 +266,7 @@ class Run:
             for s, _, surface in self.memory.pairs
             if surface is not None
         ]
-        plain = self.task.metric == "none"
+        plain = self.level.body.metric.plain
         directions = (None, None) if plain else carried_directions(self.memory, matrix)
         known = self.memory
         self.memory = Memory(pairs, *directions, scale=known.scale, steepest=known.steepest)
@@ -335,22 +331,18 @@ class Run:
         measures: dict[str, float] | None = None,
         lattice: Lattice | None = None,
         note: str = "",
+        ending: Ending | None = None,
     ) -> None:
         record = Record(
             kind, self.counts.evaluations, self._iteration, self._number, self.level.space.size,
             float(cost), gradient, self.counts.flow, self.counts.adjoint,
             self._log.elapsed + time.perf_counter() - self._began, y or [], measures or {},
-            None if lattice is None else pack(lattice), note,
+            None if lattice is None else pack(lattice), note, ending,
         )  # fmt: skip
         self._log.add(record)
         self.history.records.append(record)
         if self._listener is not None:
             self._listener(record)
-
-
-def _kind(note: str) -> str:
-    """What a method returned, without its reason."""
-    return note.partition(":")[0]
 
 
 def _told(new: Insertion) -> str:

@@ -12,11 +12,14 @@ from numpy.typing import NDArray
 
 from ffdstudio.optimize.budget import Budget, BudgetSpent, Counts
 from ffdstudio.optimize.constraint_values import Slack, Slacks
+from ffdstudio.optimize.constraints.base import Relation
+from ffdstudio.optimize.ending import Reason
+from ffdstudio.optimize.methods.base import MethodSpec
 from ffdstudio.optimize.methods.minimax import largest
 from ffdstudio.optimize.methods.problem import Trial, parts
-from ffdstudio.optimize.objectives.base import Evaluation, TakesVariables
+from ffdstudio.optimize.objectives.base import Evaluation, Request, never
 from ffdstudio.optimize.objectives.failures import NotFinite
-from ffdstudio.optimize.objectives.stream import Job, evaluated, streamed
+from ffdstudio.optimize.objectives.stream import evaluated, streamed
 from ffdstudio.optimize.refine.sensitivity import Adjoint, Differences, Residuals, Sensitivity
 from ffdstudio.optimize.variables.level import Level
 
@@ -32,13 +35,15 @@ ACTIVE = 1e-6  # slack below which an inequality counts as active
 class LevelProblem:
     """See `methods.problem.Problem`."""
 
-    def __init__(self, level: Level, task: Task, counts: Counts, name: str) -> None:
+    def __init__(self, level: Level, task: Task, counts: Counts, method: MethodSpec) -> None:
         self.level, self.task, self.counts = level, task, counts
         self.size = level.size
-        self.constrained, self.largest = name == "slsqp", name == "minimax"
+        self.constrained, self.largest = method.constraints, method.largest
+        self._least_squares = method.residuals
         self.on_trial: Callable[[Trial], None] = lambda trial: None
         self.on_report: Callable[[Trial], None] = lambda trial: None
         self.on_difference: Callable[[list[float], float], None] = lambda y, value: None
+        self.stopped: Callable[[], bool] = never
         self.budget = Budget()
         self.measures: dict[str, float] = {}
         self.slacks = Slacks(task.constraints, counts)
@@ -59,7 +64,7 @@ class LevelProblem:
         last = self._last
         if last is not None and last.gradient is not None and np.array_equal(last.z, z):
             return last
-        if not self.task.objective.differentiable:
+        if not self.task.objective.abilities.gradient:
             here = self.value(z)
             return self._by_differences(z) if np.isfinite(here.value) else here
         return self._evaluated(z, gradient=True)
@@ -87,7 +92,7 @@ class LevelProblem:
 
     def _share(self, points: Array) -> None:
         """Let constraints know which flows the cost has solved about a shape."""
-        self.slacks.share(points, getattr(self.task.objective, "angles", ()))
+        self.slacks.share(points, self.task.objective.abilities.angles)
 
     def longest(self, direction: Array) -> float:
         """Multiple of a direction that moves no point by more than a fiftieth of the extent."""
@@ -124,11 +129,12 @@ class LevelProblem:
 
     def _evaluated(self, z: Array, gradient: bool) -> Trial:
         self.budget.check_evaluation(self.counts.evaluations)
-        points, objective = self.level.at(z), self.task.objective
-        if isinstance(objective, TakesVariables):
-            objective.variables = (self.level.white.matrix @ z).tolist()
+        points = self.level.at(z)
+        variables = (self.level.white.matrix @ z).tolist()
         try:
-            found = evaluated(objective, points, gradient)
+            found = evaluated(
+                self.task.objective, Request(points, gradient, variables, self.stopped)
+            )
         except NotFinite:
             if self._last is None:
                 raise
@@ -178,32 +184,33 @@ class LevelProblem:
         """Changes of the cost by columns of displacements, with the design variables of each."""
         count = fields.shape[1]
         allowed = self.budget.allowed(count, self.counts.evaluations)
-        jobs, values = islice(self._shifted(here, fields, variables), allowed), []
-        with closing(streamed(self.task.objective, jobs)) as stream:
-            for job, found in stream:
+        shifted, values = islice(self._shifted(here, fields, variables), allowed), []
+        with closing(streamed(self.task.objective, shifted, self.stopped)) as stream:
+            for request, found in stream:
                 self._count(found)
-                values.append(found.value + self._penalty(job.points))
-                self.on_difference(job.variables or [], values[-1])
+                values.append(found.value + self._penalty(request.points))
+                self.on_difference(request.variables or [], values[-1])
         if allowed < count:
-            raise BudgetSpent("evaluations spent")
+            raise BudgetSpent(Reason.EVALUATIONS)
         return np.array(values) - here.value
 
     def _shifted(
         self, here: Trial, fields: Array, variables: list[list[float]] | None
-    ) -> Iterator[Job]:
+    ) -> Iterator[Request]:
         points = self.level.at(here.z)
         for k, column in enumerate(fields.T):
             moved = points.copy()
             moved[:, self.level.coordinates] += column.reshape(-1, len(self.level.coordinates))
-            yield Job(moved, None if variables is None else variables[k])
+            here_too = None if variables is None else variables[k]
+            yield Request(moved, False, here_too, self.stopped)
 
     # ---- constraints ------------------------------------------------------------------------
 
-    def constraint_count(self, kind: str) -> int:
+    def constraint_count(self, kind: Relation) -> int:
         """Number of constraints of a kind."""
         return sum(c.kind == kind for c in self.task.constraints)
 
-    def constraints(self, z: Array, kind: str) -> Slack:
+    def constraints(self, z: Array, kind: Relation) -> Slack:
         """Slacks of a kind and their derivatives by the variables."""
         points = self.level.at(z)
         return Slack(
@@ -223,7 +230,7 @@ class LevelProblem:
         return 0.5 * self.task.penalty * float(equal @ equal + least @ least)
 
     def _missed(self, points: Array) -> tuple[Array, Array]:
-        equal, least = (self.slacks.values(points, kind) for kind in ("eq", "ineq"))
+        equal, least = (self.slacks.values(points, kind) for kind in Relation)
         return equal, np.minimum(least, 0.0)
 
     def _penalise(self, trial: Trial, points: Array) -> None:
@@ -233,7 +240,7 @@ class LevelProblem:
         trial.residuals = trial.jacobian = trial.by_points = None
         if trial.surface is not None:
             equal, least = self._missed(points)
-            by_equal, by_least = (self.slacks.rows(points, kind) for kind in ("eq", "ineq"))
+            by_equal, by_least = (self.slacks.rows(points, kind) for kind in Relation)
             slope = self.task.penalty * (equal @ by_equal + least @ by_least)
             trial.surface = trial.surface + slope.reshape(-1, 3)
             trial.gradient = self.level.pull(trial.surface, trial.z)
@@ -246,7 +253,8 @@ class LevelProblem:
             trial = self.gradient(trial.z)
         if trial.surface is None:
             return Differences(self.level, lambda functions: self._along(trial, functions))
-        if trial.by_points is not None and self.task.metric != "h1":
+        slopes = self.level.body.metric.slopes
+        if trial.by_points is not None and (self._least_squares or not slopes):
             return Residuals(self.level, parts(trial)[0], trial.by_points)
         return Adjoint(self.level, trial.surface - self._multiplied(trial))
 
@@ -263,8 +271,10 @@ class LevelProblem:
         from scipy.optimize import lsq_linear
 
         points = self.level.at(trial.z)
-        equal, by_equal = (f(points, "eq") for f in (self.slacks.values, self.slacks.rows))
-        by_least = self.slacks.rows(points, "ineq")[self.slacks.values(points, "ineq") <= ACTIVE]
+        equal = self.slacks.values(points, Relation.EQUAL)
+        by_equal = self.slacks.rows(points, Relation.EQUAL)
+        by_least = self.slacks.rows(points, Relation.LEAST)
+        by_least = by_least[self.slacks.values(points, Relation.LEAST) <= ACTIVE]
         rows = np.vstack([by_equal, by_least])
         if not len(rows):
             return 0.0

@@ -14,9 +14,10 @@ from pathlib import Path
 from ffdstudio.engine import Lattice
 from ffdstudio.engine.embedding import Embedding
 from ffdstudio.errors import InputError
+from ffdstudio.optimize.catalog.methods import method_kind
 from ffdstudio.optimize.constraints import Constraint
 from ffdstudio.optimize.control import Control
-from ffdstudio.optimize.methods import method
+from ffdstudio.optimize.methods.base import MethodSpec
 from ffdstudio.optimize.objectives.base import Objective
 from ffdstudio.optimize.refine.choice import Refinement
 from ffdstudio.optimize.runs.record import History
@@ -71,13 +72,11 @@ class Study:
     Parameters
     ----------
     task : Task
-    method : str
-        One of `ffdstudio.optimize.methods.METHODS`.
+    method : MethodSpec or str
+        Of the catalog, with its settings, or by name.
     refinement : Refinement, optional
         Without it the lattice stays as it is.
     budget : Budget, optional
-    carry_memory : bool
-        Whether the quasi-Newton memory outlives refinements.
     folder : path, optional
         Where the log goes.
     resume : bool
@@ -105,19 +104,16 @@ class Study:
     def __init__(
         self,
         task: Task,
-        method_name: str = "lbfgs",
+        method: MethodSpec | str = "lbfgs",
         refinement: Refinement | None = None,
         budget: Budget | None = None,
-        carry_memory: bool = True,
         folder: str | Path | None = None,
         resume: bool = False,
     ) -> None:
         if refinement is not None and task.rules.weights is not None:
             raise InputError("weights are variables only without a refinement")
         self.task, self.refinement, self.budget = task, refinement, budget or Budget()
-        self.method = method(method_name)
-        self.method_name = method_name
-        self.carry_memory = carry_memory
+        self.method = method_kind(method)() if isinstance(method, str) else method
         self.folder, self.resume = None if folder is None else Path(folder), resume
         self.history = History()
         self.control = Control()

@@ -7,7 +7,7 @@ level is refined.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, Self
 
@@ -17,6 +17,8 @@ from numpy.typing import NDArray
 from ffdstudio.engine import Lattice
 from ffdstudio.engine.embedding import Embedding
 from ffdstudio.engine.jacobians import jacobian
+from ffdstudio.optimize.metrics.base import Metric
+from ffdstudio.optimize.metrics.h1 import H1
 from ffdstudio.optimize.variables.metrics import Surface, Whitening
 from ffdstudio.optimize.variables.space import DesignSpace, Insertion
 
@@ -35,12 +37,12 @@ class Body:
         In the lattice at rest, before any refinement.
     surface : Surface
         Of the undeformed points.
-    metric : {"none", "l2", "h1"}
+    metric : Metric
     """
 
     embedding: Embedding
     surface: Surface
-    metric: str = "h1"
+    metric: Metric = field(default_factory=H1)
 
 
 class Level:
@@ -50,8 +52,8 @@ class Level:
         self.body, self.space, self.points = body, space, points
         self.coordinates = self.moving()
         self.fields = self.tangent(np.zeros(space.size))
-        self.factor = _kron(body.surface.factor(body.metric), len(self.coordinates))
-        self.white = Whitening.of(self.factor @ self.fields, plain=body.metric == "none")
+        self.factor = _kron(body.metric.factor(body.surface), len(self.coordinates))
+        self.white = Whitening.of(self.factor @ self.fields, plain=body.metric.plain)
         self.shapes = self.fields @ self.white.matrix
 
     @classmethod
@@ -102,7 +104,7 @@ class Level:
     @property
     def framed(self) -> Array:
         """(n * coordinates, r) displacements that are orthonormal in the metric."""
-        if self.body.metric != "none":
+        if not self.body.metric.plain:
             return self.shapes
         coordinates = np.linalg.lstsq(self.factor @ self.fields, self.white.frame, rcond=None)[0]
         return self.fields @ coordinates
@@ -115,7 +117,7 @@ class Level:
         than folds, and a tenth of the mean squared one of the control points, for some of them
         hardly move the surface.
         """
-        metric = _kron(self.body.surface.factor("h1"), len(self.coordinates))
+        metric = _kron(H1().factor(self.body.surface), len(self.coordinates))
         own = np.sqrt(CONTROL_SHARE / len(self.white.matrix)) * self.white.matrix
         return np.vstack([np.linalg.qr(metric @ self.shapes, mode="r"), own])
 

@@ -18,7 +18,6 @@ from numpy.typing import ArrayLike, NDArray
 from ffdstudio.errors import InputError
 
 Array = NDArray[np.float64]
-METRICS = ("none", "l2", "h1")
 RANK_TOLERANCE = 1e-6
 
 
@@ -95,15 +94,6 @@ class Surface(NamedTuple):
         from scipy.sparse import csr_array
 
         return cls(np.full(count, 1 / count), csr_array((0, count)))
-
-    def factor(self, metric: str) -> Any:
-        """Sparse C with C^T C the metric "l2" or "h1"; "none" measures in L2."""
-        from scipy.sparse import diags_array, vstack
-
-        if metric not in METRICS:
-            raise InputError(f'the metric must be "none", "l2" or "h1", got {metric!r}')
-        root = diags_array(np.sqrt(self.mass)).tocsr()
-        return vstack([root, self.slopes]).tocsr() if metric == "h1" else root
 
 
 def _check_extent(sizes: Array) -> None:

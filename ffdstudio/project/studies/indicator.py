@@ -6,9 +6,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ffdstudio.optimize.catalog.indicators import indicator_named
+from ffdstudio.optimize.catalog.methods import method_kind
+from ffdstudio.optimize.catalog.metrics import metric_named
+from ffdstudio.optimize.methods.descent import Lbfgs
 from ffdstudio.optimize.refine.candidates import candidates
 from ffdstudio.optimize.refine.choice import Refinement
-from ffdstudio.optimize.refine.indicators import INDICATORS
 from ffdstudio.optimize.runs.solver import Counts, LevelProblem
 from ffdstudio.optimize.variables.level import Body as Shape
 from ffdstudio.optimize.variables.level import Level
@@ -52,14 +55,14 @@ def bars(plan: Plan, model: Model, item: LatticeItem) -> list[Bar]:
     settings = Refinement(plan.indicator or "gain", axes, variables=2**31)
     task, _ = task_of(replace(plan, lattice=item.key), model, item)
     space = DesignSpace.of(item.rest, task.rules, task.current)
-    level = Level.first(Shape(task.embedding, task.surface, task.metric), space)
-    method = "lbfgs" if plan.method == "minimax" else plan.method
-    problem = LevelProblem(level, task, Counts(), method)
+    level = Level.first(Shape(task.embedding, task.surface, metric_named(task.metric)), space)
+    method = method_kind(plan.method)
+    problem = LevelProblem(level, task, Counts(), (Lbfgs if method.largest else method)())
     found = candidates(level, axes, settings.positions, False, settings.guards)
     scores = np.zeros(0)
     if found:
         sensitivity = problem.sensitivity(problem.gradient(np.zeros(level.size)))
-        scores = INDICATORS[settings.indicator](level, sensitivity, found)
+        scores = indicator_named(settings.indicator).scores(level, sensitivity, found)
         scores = scores / [c.size for c in found]
     best: dict[tuple[int, int], tuple[float, float]] = {}
     for candidate, score in zip(found, scores.tolist(), strict=True):

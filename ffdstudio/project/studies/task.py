@@ -21,8 +21,10 @@ from ffdstudio.engine import Lattice, embed
 from ffdstudio.engine.embedding import Embedding
 from ffdstudio.errors import InputError
 from ffdstudio.optimize import constraints as measures
-from ffdstudio.optimize.constraints import Constraint
+from ffdstudio.optimize.catalog.methods import method_kind
+from ffdstudio.optimize.constraints import Constraint, placed
 from ffdstudio.optimize.fits.fitting import TRIGGERS
+from ffdstudio.optimize.geometry.chord import Chord
 from ffdstudio.optimize.geometry.contour import Contour, upper_side
 from ffdstudio.optimize.geometry.sections import (
     DENSE_POINTS,
@@ -31,7 +33,7 @@ from ffdstudio.optimize.geometry.sections import (
     target_contour,
 )
 from ffdstudio.optimize.objectives.base import Objective
-from ffdstudio.optimize.objectives.chords import Chord, InChords
+from ffdstudio.optimize.objectives.chords import InChords
 from ffdstudio.optimize.objectives.distance import ContourDistance, SurfaceDistance
 from ffdstudio.optimize.objectives.flow import FlowTarget
 from ffdstudio.optimize.refine.choice import Refinement
@@ -104,7 +106,15 @@ def prepare(plan: Plan, model: Model, item: LatticeItem) -> Prepared:
         If the target cannot be read, or plan and lattice do not fit.
     """
     task, judge = task_of(plan, model, item)
-    return Prepared(Study(task, plan.method, refinement_of(plan), plan.budget, plan.carry), judge)
+    return Prepared(
+        Study(
+            task,
+            method_kind(plan.method)(carry_memory=plan.carry),
+            refinement_of(plan),
+            plan.budget,
+        ),
+        judge,
+    )
 
 
 def task_of(plan: Plan, model: Model, item: LatticeItem) -> tuple[Task, ErrorMonitor]:
@@ -238,7 +248,7 @@ def _triangles(body: Body, marker: str) -> NDArray[np.int64]:
 def _constraint(limit: Limit, chord: Chord | None, triangles: Any) -> Constraint:
     quantity: Any = _quantity(limit, triangles)
     if chord is not None and chord != Chord(0.0, 0.0, 1.0):
-        quantity = InChords(quantity, chord)
+        quantity = placed.InChords(quantity, chord)
     lower = limit.value if limit.relation != "at most" else None
     upper = limit.value if limit.relation != "at least" else None
     return Constraint(quantity, lower, upper, limit.quantity)
@@ -249,16 +259,16 @@ def _quantity(limit: Limit, triangles: Any) -> Any:
         raise InputError(f"a constraint on the {limit.quantity} does not fit this shape")
     if limit.quantity == "volume":
         return measures.Volume(triangles)
-    simple = {
+    simple: dict[str, Any] = {
         "area": measures.Area,
         "max thickness": measures.MaxThickness,
         "nose radius": measures.NoseRadius,
     }
-    placed = {
+    at_places: dict[str, Any] = {
         "thickness": measures.Thickness,
         "lift": measures.Lift,
         "moment": measures.Moment,
     }
     if limit.quantity in simple:
         return simple[limit.quantity]()
-    return placed[limit.quantity](limit.place)
+    return at_places[limit.quantity](limit.place)

@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 
 from ffdstudio.errors import InputError
 from ffdstudio.optimize.flow.panel import PanelFlow
+from ffdstudio.optimize.geometry.chord import Chord
 from ffdstudio.optimize.geometry.contour import Contour, upper_side
 from ffdstudio.optimize.geometry.sections import is_naca, target_contour
-from ffdstudio.optimize.objectives.chords import Chord
 
 Array = NDArray[np.float64]
 SHOWN_POINTS, FLOW_POINTS = 241, 121

@@ -1,0 +1,1 @@
+"""Metrics in which design variables are orthonormal: one file for each."""
