@@ -5,11 +5,11 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
+from ffdstudio.aliases import Array
 from ffdstudio.cli.morph import make_folder
 from ffdstudio.cli.output import emit, note
 from ffdstudio.cli.parsing import fraction, named, whole
 from ffdstudio.cli.study_files import write_common, write_contour
-from ffdstudio.engine.knots import Array
 from ffdstudio.optimize import FitResult, plots
 from ffdstudio.optimize import fit as fit_shapes
 from ffdstudio.optimize.catalog.indicators import INDICATORS

@@ -16,13 +16,13 @@ from typing import Any
 
 import numpy as np
 
+from ffdstudio.aliases import Array
 from ffdstudio.cli.output import emit, note
 from ffdstudio.cli.parsing import assignment, named, shortened, whole
 from ffdstudio.engine import Lattice, embed
 from ffdstudio.engine.folds import Folds, folds
 from ffdstudio.engine.frozen import frozen_mask
 from ffdstudio.engine.inversion.tangle import refuse_tangled
-from ffdstudio.engine.knots import Array
 from ffdstudio.errors import InputError
 from ffdstudio.exchange import LatticeFile, read_lattice_file
 from ffdstudio.exchange.morphed import BOXES, write_morphed

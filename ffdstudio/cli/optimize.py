@@ -7,12 +7,12 @@ import math
 from pathlib import Path
 from typing import Any
 
+from ffdstudio.aliases import Array
 from ffdstudio.cli.morph import make_folder, measured
 from ffdstudio.cli.output import emit, note
 from ffdstudio.cli.parsing import named
 from ffdstudio.cli.study_files import write_common, write_contour
 from ffdstudio.engine import Lattice, embed
-from ffdstudio.engine.knots import Array
 from ffdstudio.errors import InputError
 from ffdstudio.exchange.morphed import write_morphed
 from ffdstudio.meshes import Mesh

@@ -7,8 +7,8 @@ import math
 
 import numpy as np
 
+from ffdstudio.aliases import Array
 from ffdstudio.engine import Lattice
-from ffdstudio.engine.knots import Array
 from ffdstudio.errors import InputError
 
 

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
+from ffdstudio.aliases import Array
 from ffdstudio.engine import Lattice
-from ffdstudio.engine.knots import Array
 from ffdstudio.exchange import write_lattice
 from ffdstudio.files import write_bytes
 from ffdstudio.meshes import Mesh

@@ -140,7 +140,8 @@ def objects(data: dict[str, Any], key: str, name: str) -> list[dict[str, Any]]:
     items = field(data, key, list, name)
     if not items or not all(isinstance(item, dict) for item in items):
         raise InputError(f'{name}: "{key}" must be a list of objects')
-    return items
+    result: list[dict[str, Any]] = items
+    return result
 
 
 def table(rows: Any, name: str) -> np.ndarray:

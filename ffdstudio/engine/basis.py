@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ffdstudio.engine.knots import Array, find_spans
+from ffdstudio.aliases import Array
+from ffdstudio.engine.knots import find_spans
 
 
 def basis(

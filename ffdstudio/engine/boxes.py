@@ -8,8 +8,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ffdstudio.aliases import Array
 from ffdstudio.engine import knots as kv
-from ffdstudio.engine.knots import Array
 from ffdstudio.errors import InputError
 from ffdstudio.limits import check_control_points
 

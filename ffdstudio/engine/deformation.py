@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ffdstudio import threads
-from ffdstudio.engine.knots import Array
+from ffdstudio.aliases import Array
 from ffdstudio.engine.lattice import Lattice
 from ffdstudio.engine.polynomials import CHANGED, Cells, Motion, Table, padded
 from ffdstudio.engine.spans import SpanOrder

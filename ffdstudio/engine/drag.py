@@ -10,8 +10,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ffdstudio import threads
+from ffdstudio.aliases import Array
 from ffdstudio.engine.deformation import SMALL, Deformer, checked_out
-from ffdstudio.engine.knots import Array, numbers
+from ffdstudio.engine.knots import numbers
 from ffdstudio.engine.lattice import Lattice
 from ffdstudio.engine.products import influence
 from ffdstudio.errors import InputError

@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ffdstudio.aliases import Array
 from ffdstudio.engine.deformation import Deformer, check_space
 from ffdstudio.engine.inversion import Inversion, invert
-from ffdstudio.engine.knots import Array, numbers
+from ffdstudio.engine.knots import numbers
 from ffdstudio.engine.lattice import Lattice
 from ffdstudio.errors import InputError
 

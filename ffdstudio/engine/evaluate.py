@@ -13,8 +13,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ffdstudio.aliases import Array
 from ffdstudio.engine.basis import basis
-from ffdstudio.engine.knots import Array, numbers
+from ffdstudio.engine.knots import numbers
 from ffdstudio.errors import InputError
 
 if TYPE_CHECKING:

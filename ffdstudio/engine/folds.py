@@ -21,8 +21,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ffdstudio.aliases import Array
 from ffdstudio.engine.basis import basis
-from ffdstudio.engine.knots import Array
 from ffdstudio.engine.lattice import Lattice
 
 DEPTH = 5  # halvings in each direction before a span is called undecided

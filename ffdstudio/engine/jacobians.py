@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from ffdstudio.aliases import Array
 from ffdstudio.engine.evaluate import support
-from ffdstudio.engine.knots import Array
 from ffdstudio.engine.lattice import Lattice
 
 if TYPE_CHECKING:

@@ -6,9 +6,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ffdstudio import limits
+from ffdstudio.aliases import Array
 from ffdstudio.errors import InputError
 
-Array = NDArray[np.float64]
 DIRECTIONS = "ijk"  # names of the parametric directions
 
 
@@ -94,7 +94,8 @@ def greville(knots: ArrayLike, degree: int) -> Array:
     windows = np.lib.stride_tricks.sliding_window_view(knots[1:-1], degree)
     # measured from the first knot of each window, so that equal knots keep their bits
     first = windows[:, 0]
-    return first + (windows - first[:, None]).sum(axis=1) / degree
+    result: Array = first + (windows - first[:, None]).sum(axis=1) / degree
+    return result
 
 
 def breaks(knots: Array) -> Array:

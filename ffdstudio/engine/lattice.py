@@ -8,11 +8,12 @@ from typing import Self
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ffdstudio.aliases import Array
 from ffdstudio.engine import knots as kv
 from ffdstudio.engine import refinement
 from ffdstudio.engine.boxes import Frame, box_net, complete_axes
 from ffdstudio.engine.evaluate import evaluate
-from ffdstudio.engine.knots import DIRECTIONS, Array
+from ffdstudio.engine.knots import DIRECTIONS
 from ffdstudio.engine.transfer import along
 from ffdstudio.errors import InputError
 from ffdstudio.limits import check_control_points

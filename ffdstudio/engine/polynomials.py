@@ -19,8 +19,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ffdstudio.aliases import AnyArray, Array
 from ffdstudio.engine.basis import basis
-from ffdstudio.engine.knots import Array
 from ffdstudio.engine.lattice import Lattice
 
 PLAIN, FIXED, CHANGED = 3, 4, 8  # kinds of cell: the number of polynomials each needs
@@ -49,7 +49,8 @@ class Motion(NamedTuple):
     @property
     def changed(self) -> NDArray[np.bool_]:
         """(control points,) which of them change."""
-        return (self.d_points != 0).any(axis=1) | (self.d_weights != 0)
+        result: NDArray[np.bool_] = (self.d_points != 0).any(axis=1) | (self.d_weights != 0)
+        return result
 
 
 class Places(NamedTuple):
@@ -167,7 +168,8 @@ def _kinds(cells: Cells, motion: Motion) -> NDArray[np.int64]:
 
 def _alike(values: Array, alive: NDArray[np.bool_]) -> NDArray[np.bool_]:
     low = np.where(alive, values, np.inf).min(axis=0)
-    return low == np.where(alive, values, -np.inf).max(axis=0)
+    result: NDArray[np.bool_] = low == np.where(alive, values, -np.inf).max(axis=0)
+    return result
 
 
 def _control_values(cells: Cells, motion: Motion, kinds: NDArray[np.int64]) -> Array:
@@ -204,9 +206,12 @@ def _transform(table: Array, matrices: Array, axis: int) -> Array:
     return np.moveaxis(out, 0, axis)
 
 
-def _outer(left: NDArray, right: NDArray, combine: np.ufunc) -> NDArray:
+def _outer(left: AnyArray, right: AnyArray, combine: np.ufunc) -> AnyArray:
     """Combine all pairs of rows, the right one running fastest."""
-    return combine(left[:, None], right[None]).reshape(len(left) * len(right), left.shape[-1])
+    result: AnyArray = combine(left[:, None], right[None]).reshape(
+        len(left) * len(right), left.shape[-1]
+    )
+    return result
 
 
 def padded(degrees: Sequence[int]) -> tuple[int, int, int]:

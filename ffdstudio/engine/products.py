@@ -10,8 +10,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ffdstudio.aliases import Array
 from ffdstudio.engine.deformation import Deformer, check_space
-from ffdstudio.engine.knots import Array, numbers
+from ffdstudio.engine.knots import numbers
 from ffdstudio.engine.lattice import Lattice
 from ffdstudio.engine.polynomials import Cells, Motion
 from ffdstudio.errors import InputError

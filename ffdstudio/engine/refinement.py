@@ -11,8 +11,9 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ffdstudio.aliases import Array
 from ffdstudio.engine import transfer
-from ffdstudio.engine.knots import DIRECTIONS, Array, check_gaps, numbers, whole
+from ffdstudio.engine.knots import DIRECTIONS, check_gaps, numbers, whole
 from ffdstudio.errors import InputError
 
 if TYPE_CHECKING:

@@ -18,7 +18,7 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from ffdstudio.engine.knots import Array
+from ffdstudio.aliases import Array
 from ffdstudio.engine.lattice import Lattice
 
 SMALLEST_CHUNK = 16384

@@ -12,7 +12,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ffdstudio.engine.knots import Array, find_spans
+from ffdstudio.aliases import Array
+from ffdstudio.engine.knots import find_spans
 
 
 def insertion(knots: Array, degree: int, new_knots: ArrayLike) -> tuple[Array, Array]:

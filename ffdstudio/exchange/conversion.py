@@ -16,10 +16,11 @@ from itertools import product
 
 import numpy as np
 
+from ffdstudio.aliases import Array
 from ffdstudio.engine import Lattice
 from ffdstudio.engine.basis import basis
-from ffdstudio.engine.knots import Array, breaks, clamped_uniform, greville
-from ffdstudio.engine.lattice import along
+from ffdstudio.engine.knots import breaks, clamped_uniform, greville
+from ffdstudio.engine.transfer import along
 from ffdstudio.errors import InputError
 from ffdstudio.exchange.latticefile import Exactness, LatticeFile
 
@@ -139,7 +140,8 @@ def _missing_knots(lattice: Lattice, axis: int) -> Array | None:
         places = np.rint(ends * spans)
         if np.abs(ends * spans - places).max() <= 1e-12 * spans:
             others = np.setdiff1d(np.arange(spans), places)
-            return u[0] + (u[-1] - u[0]) * others / spans
+            result: Array | None = u[0] + (u[-1] - u[0]) * others / spans
+            return result
     return None
 
 

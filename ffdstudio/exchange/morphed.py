@@ -8,8 +8,8 @@ from __future__ import annotations
 import os
 from collections.abc import Sequence
 
+from ffdstudio.aliases import Array
 from ffdstudio.engine import Lattice
-from ffdstudio.engine.knots import Array
 from ffdstudio.errors import InputError
 from ffdstudio.exchange import su2
 from ffdstudio.meshes import Mesh, write_mesh

@@ -104,7 +104,8 @@ def _integers(values: dict[str, Any], key: str, name: str) -> list[int]:
     numbers = field(values, key, list, name)
     if not all(type(n) is int for n in numbers):
         raise InputError(f'{name}: "{key}" must hold whole numbers')
-    return numbers
+    result: list[int] = numbers
+    return result
 
 
 def _faces(values: dict[str, Any], name: str) -> tuple[tuple[int, ...], ...]:

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ffdstudio.engine.knots import Array
+from ffdstudio.aliases import Array
 
 Z = np.array([0.0, 0.0, 1.0])
 FLAT = 1e-9  # of the extent: the tolerance by which points lie on a face
@@ -74,4 +74,5 @@ def _main_direction(points: Array) -> Array:
         return np.zeros(3)
     main = np.where(np.abs(rows[0]) < FLAT, 0.0, rows[0])
     main /= np.linalg.norm(main)
-    return main * np.sign(main[np.abs(main).argmax()])
+    result: Array = main * np.sign(main[np.abs(main).argmax()])
+    return result

@@ -13,8 +13,9 @@ from pathlib import Path
 
 import numpy as np
 
+from ffdstudio.aliases import Array
 from ffdstudio.engine import Lattice
-from ffdstudio.engine.knots import Array, clamped_uniform
+from ffdstudio.engine.knots import clamped_uniform
 from ffdstudio.errors import InputError
 from ffdstudio.exchange.conversion import Rules, adapted
 from ffdstudio.exchange.latticefile import Exactness, LatticeFile

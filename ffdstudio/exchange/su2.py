@@ -14,8 +14,9 @@ from pathlib import Path
 
 import numpy as np
 
+from ffdstudio.aliases import Array
 from ffdstudio.engine import Lattice, embed
-from ffdstudio.engine.knots import Array, clamped_uniform
+from ffdstudio.engine.knots import clamped_uniform
 from ffdstudio.errors import InputError
 from ffdstudio.exchange import su2text
 from ffdstudio.exchange.conversion import Rules, adapted

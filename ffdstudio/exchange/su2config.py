@@ -11,8 +11,8 @@ from pathlib import Path
 
 import numpy as np
 
+from ffdstudio.aliases import Array
 from ffdstudio.engine import Lattice
-from ffdstudio.engine.knots import Array
 from ffdstudio.errors import InputError
 from ffdstudio.exchange import su2
 from ffdstudio.exchange.conversion import Rules, adapted

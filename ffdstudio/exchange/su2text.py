@@ -17,7 +17,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ffdstudio.engine.knots import Array
+from ffdstudio.aliases import Array
 from ffdstudio.errors import InputError
 from ffdstudio.exchange.text import integer, naming, shown, vector
 from ffdstudio.limits import check_control_points

@@ -7,7 +7,7 @@ from contextlib import contextmanager
 
 import numpy as np
 
-from ffdstudio.engine.knots import Array
+from ffdstudio.aliases import Array
 from ffdstudio.errors import InputError
 
 

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ffdstudio.aliases import Array
 from ffdstudio.project.document import Document
 from ffdstudio.project.view.surface import Surface
 
-Array = NDArray[np.float64]
 SMALL = 0.25  # of the diagonal of the whole mesh: a marker that is smaller is a wall
 ROOM = {2: 0.6, 3: 0.1}  # of a wall's extent, around it in the first picture, by dimension
 

@@ -9,9 +9,9 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-Array = NDArray[np.float64]
+from ffdstudio.aliases import Array
 
 ANGLE = 30.0  # degrees from the lower to the upper border in perspective
 DEGREES_PER_PIXEL = 0.4
@@ -119,4 +119,5 @@ def _turn(axis: Array, degrees: float) -> Array:
     angle = np.radians(degrees)
     x, y, z = axis
     cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
-    return np.eye(3) + np.sin(angle) * cross + (1 - np.cos(angle)) * cross @ cross
+    result: Array = np.eye(3) + np.sin(angle) * cross + (1 - np.cos(angle)) * cross @ cross
+    return result

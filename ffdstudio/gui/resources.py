@@ -33,4 +33,5 @@ def icon(name: str, colour: str) -> QIcon:
     """
     import qtawesome
 
-    return qtawesome.icon(f"mdi6.{name}", color=colour)
+    result: QIcon = qtawesome.icon(f"mdi6.{name}", color=colour)
+    return result

@@ -15,10 +15,10 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from ffdstudio.aliases import Array
 from ffdstudio.engine.frozen import frozen_mask
 from ffdstudio.gui.actors.body import BodyActor
 from ffdstudio.gui.actors.lattice import LatticeActor
-from ffdstudio.gui.actors.vtk import Array
 from ffdstudio.gui.first_view import interesting
 from ffdstudio.gui.navigation import AXIS_VIEWS, looking
 from ffdstudio.gui.panels.draft import inside_box

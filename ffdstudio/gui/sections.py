@@ -6,11 +6,11 @@ import numpy as np
 from psygnal import Signal
 from vtkmodules.vtkCommonDataModel import vtkPlane
 
+from ffdstudio.aliases import Array
 from ffdstudio.gui.actors.section import Cut, cut, show
 from ffdstudio.gui.actors.surface import SurfaceActor
 from ffdstudio.gui.first_view import interesting
 from ffdstudio.gui.jobs import Progress
-from ffdstudio.gui.navigation import Array
 from ffdstudio.gui.scene import Scene
 from ffdstudio.gui.state import Section
 from ffdstudio.gui.studio import Studio

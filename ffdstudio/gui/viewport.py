@@ -22,7 +22,8 @@ from PySide6.QtGui import QDragEnterEvent, QDropEvent, QImage, QResizeEvent
 from PySide6.QtWidgets import QWidget
 from pyvistaqt import QtInteractor
 
-from ffdstudio.gui.navigation import ANGLE, AXIS_VIEWS, Array, View, fitted, looking
+from ffdstudio.aliases import Array
+from ffdstudio.gui.navigation import ANGLE, AXIS_VIEWS, View, fitted, looking
 from ffdstudio.gui.overlay import Overlay
 from ffdstudio.gui.quirks import let_go_of_surface
 from ffdstudio.gui.theme import Theme
@@ -133,7 +134,7 @@ class Viewport(QtInteractor):
         if self._fit_wanted is not None:
             self.fit(self._fit_wanted)
         self.about_to_paint.emit()
-        super().paintGL()
+        super().paintGL()  # type: ignore[no-untyped-call]
         self.frames += 1
         self.painted.emit()
 

@@ -11,13 +11,12 @@ import os
 import re
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ffdstudio.aliases import Array
 from ffdstudio.errors import InputError
 from ffdstudio.meshes.mesh import Mesh
 from ffdstudio.meshes.reading import read_mesh
 
-Array = NDArray[np.float64]
 THICKNESS = (0.2969, -0.1260, -0.3516, 0.2843)  # of sqrt(x), x, x^2, x^3 at 20 % thickness, / 5
 LAST_CLOSED, LAST_OPEN = -0.1036, -0.1015
 
@@ -76,7 +75,8 @@ def _half_thickness(x: Array, thickness: float, closed: bool) -> Array:
     half = 5 * thickness * (np.array([*THICKNESS, last]) @ powers)
     if closed:
         half[-1] = 0.0  # the coefficients add up to rounding only
-    return half
+    result: Array = half
+    return result
 
 
 def _camber_line(x: Array, camber: float, place: float) -> tuple[Array, Array]:

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from ffdstudio.aliases import Array
 from ffdstudio.meshes.mesh import Mesh
 from ffdstudio.meshes.pairs import Pair, pairs_of
 from ffdstudio.meshes.planes import Plane, planes_of, size_of
-from ffdstudio.meshes.topology import Array
 
 INEXACT = 10.0  # times the misfit of partners at rest, of the mesh's size: error of their turn
 NOISE = 1e-10  # of the mesh's size: a smaller motion is none

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from ffdstudio.meshes.topology import Indices
+from ffdstudio.aliases import Indices
 
 
 @dataclass(frozen=True, eq=False)

@@ -16,9 +16,10 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ffdstudio.aliases import Array, Indices
 from ffdstudio.errors import InputError
 from ffdstudio.meshes.links import Link
-from ffdstudio.meshes.topology import Array, Cells, Indices, corners, dimension, numbers, skin
+from ffdstudio.meshes.topology import Cells, corners, dimension, numbers, skin
 
 Markers = dict[str, Cells]
 SHAPES = {"tetra": (4, 0), "pyramid": (4, 1), "wedge": (2, 3), "hexahedron": (0, 6)}

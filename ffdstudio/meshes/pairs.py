@@ -17,9 +17,9 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
+from ffdstudio.aliases import Array, Indices
 from ffdstudio.meshes.mesh import Mesh
 from ffdstudio.meshes.planes import planes_of, size_of
-from ffdstudio.meshes.topology import Array, Indices
 
 WORDS = ("period", "cyclic")
 SLACK = 1e-6  # of the mesh's size: how near partners lie to each other after the motion

@@ -15,8 +15,9 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
+from ffdstudio.aliases import Array, Indices
 from ffdstudio.meshes.mesh import Mesh
-from ffdstudio.meshes.topology import Array, Cells, Indices, corners, dimension
+from ffdstudio.meshes.topology import Cells, corners, dimension
 
 PLANAR = ("symmetry", "empty", "wedge")
 TOLD, GUESSED = 1e-6, 1e-9  # of the mesh's size: how flat a marker is by the file, or by its name

@@ -5,12 +5,11 @@ from __future__ import annotations
 import re
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from ffdstudio.aliases import Array, Indices
 from ffdstudio.errors import InputError
 
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 Cells = dict[str, Indices]
 
 

@@ -11,12 +11,10 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ffdstudio.aliases import Array
 from ffdstudio.optimize.budget import Counts
 from ffdstudio.optimize.constraints import Constraint, Relation, Values
-
-Array = NDArray[np.float64]
 
 
 class Slack:

@@ -14,10 +14,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ffdstudio.aliases import Array
 from ffdstudio.files import write_bytes
 from ffdstudio.optimize.runs.record import History, value_of
 
-Array = NDArray[np.float64]
 FIELDS = (
     "evaluation",
     "iteration",

@@ -16,7 +16,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
@@ -25,6 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 from psygnal import Signal
 
+from ffdstudio.aliases import Array, PathLike
 from ffdstudio.errors import InputError
 from ffdstudio.project.commands import Command
 from ffdstudio.project.edit import Edit
@@ -35,15 +35,13 @@ from ffdstudio.project.files.opening import Opened
 from ffdstudio.project.files.records import ProjectFile
 from ffdstudio.project.files.recovery import Left
 from ffdstudio.project.files.write_order import Turns
-from ffdstudio.project.followers import Array, Follower
+from ffdstudio.project.followers import Follower
 from ffdstudio.project.history import Entry, History
 from ffdstudio.project.model import Index, Model
 from ffdstudio.project.running import Runner, RunNow
 from ffdstudio.project.view.body_views import Displays
 from ffdstudio.project.view.surface import Surface
 from ffdstudio.project.view.volume import Volume
-
-PathLike = str | os.PathLike[str]
 
 
 class Document:

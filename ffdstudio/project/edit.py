@@ -12,8 +12,9 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from ffdstudio.aliases import Array
 from ffdstudio.engine import Lattice
 from ffdstudio.project.commands import MovePoints, SetWeights
 from ffdstudio.project.commands.base import Command, numbers
@@ -23,8 +24,6 @@ from ffdstudio.project.plane_constraints import alike, planes_in, slid
 
 if TYPE_CHECKING:
     from ffdstudio.project.document import Document
-
-Array = NDArray[np.float64]
 
 
 class Edit:

@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ffdstudio.aliases import Array
 from ffdstudio.engine import Embedding, Lattice, embed
 from ffdstudio.project.model import LatticeItem
 from ffdstudio.project.running import Progress, no_progress
@@ -26,7 +27,6 @@ from ffdstudio.project.running import Progress, no_progress
 if TYPE_CHECKING:
     from ffdstudio.engine.drag import Drag
 
-Array = NDArray[np.float64]
 KEPT = 3  # embeddings beyond those in use: enough to undo a refinement, or to go to and fro
 
 

@@ -13,11 +13,11 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from ffdstudio.aliases import Array
 from ffdstudio.engine import Lattice
 from ffdstudio.meshes.planes import Plane, planes_of
 from ffdstudio.project.model import Index, Model
 
-Array = NDArray[np.float64]
 Where = tuple[NDArray[np.intp], ...]
 ON_PLANE = 1e-9  # of the net's diagonal, as for points on a lattice's face
 PARALLEL = 1e-6  # what is left of a unit normal that tells nothing new

@@ -5,11 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+from ffdstudio.aliases import Array
 from ffdstudio.cli.demos.common import FROZEN, Clock, copied_mesh, rendered, save_project
 from ffdstudio.cli.morph import measured
 from ffdstudio.cli.output import sized
 from ffdstudio.engine import Lattice, embed
-from ffdstudio.engine.knots import Array
 from ffdstudio.exchange import write_lattice
 from ffdstudio.meshes import Mesh, read_mesh, write_mesh
 

@@ -17,11 +17,11 @@ from typing import Any
 
 import numpy as np
 
+from ffdstudio.aliases import Array
 from ffdstudio.cli.demos.common import FROZEN, Clock, copied_mesh, rendered, save_project
 from ffdstudio.cli.morph import measured
 from ffdstudio.cli.optimize import rest_of
 from ffdstudio.engine import Lattice, embed
-from ffdstudio.engine.knots import Array
 from ffdstudio.exchange import write_lattice
 from ffdstudio.files import write_bytes
 from ffdstudio.meshes import Mesh, inverted, write_mesh

@@ -6,8 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ffdstudio.aliases import Array
 from ffdstudio.engine.inversion.net import Net
-from ffdstudio.engine.knots import Array
 
 
 class AffineMap(NamedTuple):

@@ -7,8 +7,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ffdstudio.aliases import Array
 from ffdstudio.engine.inversion.cells import Cells
-from ffdstudio.engine.knots import Array
 
 MOST = 64  # a direction
 

@@ -18,9 +18,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ffdstudio.aliases import Array
 from ffdstudio.engine import transfer
 from ffdstudio.engine.inversion.net import Net
-from ffdstudio.engine.knots import Array
 
 BEND = 0.4
 SAMPLES = np.linspace(0.0, 1.0, 4)  # in each direction of a cell
@@ -124,7 +124,8 @@ def _best_cut(slopes: Array) -> NDArray[np.intp]:
     change = np.nan_to_num(np.stack(along, axis=-1))
     halved = np.where(np.eye(3, dtype=bool), 0.5, 1.0)
     after = np.einsum("mrdk,ar,ad,ak->ma", change, 1 / halved, halved, halved)
-    return np.argmin(after, axis=1)
+    result: NDArray[np.intp] = np.argmin(after, axis=1)
+    return result
 
 
 def _sampled(control: Array, at: Array) -> tuple[Array, Array]:

@@ -18,8 +18,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ffdstudio.aliases import Array
 from ffdstudio.compiling import compiled
-from ffdstudio.engine.knots import Array
 
 Index = NDArray[np.int64]
 Knots = tuple[Array, ...]
@@ -178,7 +178,8 @@ def _distance(x: Array, point: Array, difference: Array) -> float:
     """Length of x - point, and the difference itself."""
     for k in range(3):
         difference[k] = x[k] - point[k]
-    return np.sqrt(difference[0] ** 2 + difference[1] ** 2 + difference[2] ** 2)
+    result: float = np.sqrt(difference[0] ** 2 + difference[1] ** 2 + difference[2] ** 2)
+    return result
 
 
 @compiled
@@ -240,7 +241,8 @@ def _advance(s: Array, step: Array) -> bool:
     scale = 1.0 if largest <= 1.0 else 1.0 / largest
     for k in range(3):
         s[k] += scale * step[k]
-    return max(abs(s[0]), abs(s[1]), abs(s[2])) <= BEYOND
+    result: bool = max(abs(s[0]), abs(s[1]), abs(s[2])) <= BEYOND
+    return result
 
 
 @compiled

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from ffdstudio.engine.knots import Array
+from ffdstudio.aliases import Array
 
 ON_FACE = 1e-9  # of the diagonal: a point this little outside a face counts as on it
 ROUNDED = 4 * np.finfo(float).eps  # of the largest coordinate: and one that rounding puts there

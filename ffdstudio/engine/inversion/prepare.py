@@ -13,10 +13,10 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ffdstudio.aliases import Array
 from ffdstudio.engine.inversion.bins import Bins, sort_into_bins
 from ffdstudio.engine.inversion.cells import BEND, cut
 from ffdstudio.engine.inversion.tangle import refuse_tangled
-from ffdstudio.engine.knots import Array
 from ffdstudio.errors import InputError
 
 if TYPE_CHECKING:

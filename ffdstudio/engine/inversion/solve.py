@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ffdstudio.aliases import Array
 from ffdstudio.engine.inversion.affine import AffineMap
 from ffdstudio.engine.inversion.net import Net, along_axes
-from ffdstudio.engine.knots import Array
 from ffdstudio.errors import InputError
 from ffdstudio.threads import for_each
 

@@ -15,8 +15,8 @@ from functools import reduce
 
 import numpy as np
 
+from ffdstudio.aliases import Array
 from ffdstudio.engine.folds import determinants, knot_spans
-from ffdstudio.engine.knots import Array
 from ffdstudio.engine.lattice import Lattice
 from ffdstudio.errors import InputError
 

@@ -5,16 +5,15 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ffdstudio.aliases import Array, Indices, Mask
 from ffdstudio.gui.actors.surface import Rgb, SurfaceActor
-from ffdstudio.gui.actors.vtk import Array, Ints, actor, cells, poly, ragged_cells
+from ffdstudio.gui.actors.vtk import actor, cells, poly, ragged_cells
 from ffdstudio.gui.first_view import walls
 from ffdstudio.gui.theme import Theme
 from ffdstudio.project.model import Body
 from ffdstudio.project.view.surface import Proxy, Surface
 
-Bools = NDArray[np.bool_]
 MANY_FACES = 60_000  # edges of more faces than these would only be a dark veil
 
 
@@ -42,7 +41,7 @@ class BodyActor:
         self._hidden: frozenset[str] | None = None
         renderer.AddActor(self.dots)
 
-    def _walls_of(self, proxy: Proxy) -> Ints:
+    def _walls_of(self, proxy: Proxy) -> Indices:
         """Triangles of the proxy without those of the far field."""
         surface = self.surface
         seen = np.zeros(len(surface.nodes), dtype=bool)
@@ -75,7 +74,7 @@ class BodyActor:
         look.SetLighting(False)
 
     def _cells(
-        self, hidden: frozenset[str], hull: Bools | None = None, in_hull: bool = False
+        self, hidden: frozenset[str], hull: Mask | None = None, in_hull: bool = False
     ) -> tuple[Any, Any]:
         """Polygons, of the hull or not, and lines, without those of hidden markers."""
         surface = self.surface
@@ -101,7 +100,7 @@ class BodyActor:
         assert self.proxy is not None
         self.proxy.place(points, origin)
 
-    def mark_inside(self, inside: Bools | None) -> None:
+    def mark_inside(self, inside: Mask | None) -> None:
         """Dot the points inside a lattice; None dots nothing."""
         chosen = np.zeros(0, np.int64) if inside is None else np.flatnonzero(inside)
         self._dot_data.SetVerts(cells([chosen[:, None]]))
@@ -151,7 +150,7 @@ class BodyActor:
         self._renderer.RemoveActor(self._far)
 
 
-def hull(surface: Surface, points: Array) -> Bools:
+def hull(surface: Surface, points: Array) -> Mask:
     """(p,) polygons of the far field around walls; seen from inside only, for the walls' sake."""
     names = walls(surface, points)
     if not names or len(surface.lines):

@@ -9,25 +9,15 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ffdstudio.gui.actors.vtk import (
-    Array,
-    Ints,
-    Points,
-    actor,
-    cells,
-    colour_points,
-    poly,
-    show_colours,
-)
+from ffdstudio.aliases import Array, Indices, Mask
+from ffdstudio.gui.actors.vtk import Points, actor, cells, colour_points, poly, show_colours
 from ffdstudio.gui.theme import Theme
 
 POINT, HALO = 11.0, 21.0  # pixels
-Bools = NDArray[np.bool_]
 
 
-def net_edges(shape: tuple[int, ...]) -> Ints:
+def net_edges(shape: tuple[int, ...]) -> Indices:
     """(k, 2) flat numbers of neighbouring control points."""
     numbers = np.arange(np.prod(shape)).reshape(shape)
     pairs = []
@@ -37,7 +27,7 @@ def net_edges(shape: tuple[int, ...]) -> Ints:
     return np.concatenate(pairs)
 
 
-def axis_lines(shape: tuple[int, ...]) -> list[Ints]:
+def axis_lines(shape: tuple[int, ...]) -> list[Indices]:
     """Flat numbers along each axis, starting at control point (0, 0, 0)."""
     numbers = np.arange(np.prod(shape)).reshape(shape)
     return [
@@ -91,9 +81,9 @@ class LatticeActor:
     def mark(
         self,
         theme: Theme,
-        selected: Bools,
-        frozen: Bools,
-        weighted: Bools,
+        selected: Mask,
+        frozen: Mask,
+        weighted: Mask,
         hovered: int | None = None,
         active: bool = True,
     ) -> None:

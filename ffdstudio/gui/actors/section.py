@@ -14,8 +14,9 @@ from typing import Any
 import numpy as np
 from vtkmodules.util.numpy_support import vtk_to_numpy
 
+from ffdstudio.aliases import Array, Indices
 from ffdstudio.gui.actors.surface import Rgb, SurfaceActor
-from ffdstudio.gui.actors.vtk import Array, Ints, Points, cells, ragged_cells
+from ffdstudio.gui.actors.vtk import Points, cells, ragged_cells
 from ffdstudio.meshes import Faces, Mesh
 from ffdstudio.meshes.topology import base_type, corners
 
@@ -31,10 +32,10 @@ class Cut:
     """
 
     points: Array
-    connectivity: Ints
-    offsets: Ints
-    lines: Ints
-    cells: Ints
+    connectivity: Indices
+    offsets: Indices
+    lines: Indices
+    cells: Indices
 
 
 def cut(mesh: Mesh, points: Array, origin: Array, normal: Array) -> Cut:

@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 from vtkmodules.util.numpy_support import numpy_to_vtk
 
-from ffdstudio.gui.actors.vtk import Array, Points, actor, poly
+from ffdstudio.aliases import Array
+from ffdstudio.gui.actors.vtk import Points, actor, poly
 
 Rgb = tuple[float, float, float]
 Colours = NDArray[np.uint8]

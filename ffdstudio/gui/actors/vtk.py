@@ -12,8 +12,7 @@ from vtkmodules.vtkCommonCore import vtkPoints
 from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData
 from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper
 
-Array = NDArray[np.float64]
-Ints = NDArray[np.int64]
+from ffdstudio.aliases import Array, Indices
 
 
 class Points:
@@ -25,14 +24,14 @@ class Points:
         self._data = numpy_to_vtk(self.array)  # shares the memory of `array`
         self.vtk.SetData(self._data)
 
-    def write(self, points: Array, origin: Array, rows: Ints | slice = slice(None)) -> None:
+    def write(self, points: Array, origin: Array, rows: Indices | slice = slice(None)) -> None:
         """Take world coordinates for some rows and mark the data as changed."""
         self.array[rows] = points - origin
         self._data.Modified()
         self.vtk.Modified()
 
 
-def cells(groups: Iterable[Ints]) -> Any:
+def cells(groups: Iterable[Indices]) -> Any:
     """Cell array of several blocks (k, nodes) of point numbers."""
     blocks = [np.asarray(group, dtype=np.int64) for group in groups if len(group)]
     sizes = [np.full(len(block), block.shape[1]) for block in blocks]
@@ -42,7 +41,7 @@ def cells(groups: Iterable[Ints]) -> Any:
     return ragged_cells(offsets, flat)
 
 
-def ragged_cells(offsets: Ints, nodes: Ints) -> Any:
+def ragged_cells(offsets: Indices, nodes: Indices) -> Any:
     """Cell array from flat point numbers and (k + 1) offsets."""
     array = vtkCellArray()
     array.SetData(

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 from PySide6.QtCore import QEvent, QObject, Qt
 from PySide6.QtGui import QKeyEvent
 
+from ffdstudio.aliases import Array
 from ffdstudio.engine import Lattice
 from ffdstudio.engine.boxes import Frame
 from ffdstudio.errors import InputError
@@ -30,7 +30,6 @@ from ffdstudio.project.commands import CreateBox, Refit
 from ffdstudio.project.model import LatticeItem
 from ffdstudio.project.plane_constraints import planes_in
 
-Array = NDArray[np.float64]
 TYPED = "typed bounds"
 
 

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ffdstudio.aliases import Array
 from ffdstudio.engine import Lattice
 from ffdstudio.engine.frozen import leaves_some
 from ffdstudio.project.commands import CreateBox
 
-Array = NDArray[np.float64]
 DIRECTIONS = "ijk"
 MOST = 200_000  # control points; more of them are neither drawn nor edited with sense
 
@@ -77,7 +77,8 @@ def frame(angles: tuple[float, float, float]) -> Array:
     x = np.array([[1, 0, 0], [0, np.cos(a), -np.sin(a)], [0, np.sin(a), np.cos(a)]])
     y = np.array([[np.cos(b), 0, np.sin(b)], [0, 1, 0], [-np.sin(b), 0, np.cos(b)]])
     z = np.array([[np.cos(c), -np.sin(c), 0], [np.sin(c), np.cos(c), 0], [0, 0, 1]])
-    return (z @ y @ x).T
+    result: Array = (z @ y @ x).T
+    return result
 
 
 def angles_of(axes: Array) -> tuple[float, float, float]:

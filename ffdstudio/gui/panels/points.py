@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 from PySide6.QtCore import Qt, QTimer
 from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import (
@@ -18,6 +17,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from ffdstudio.aliases import Array
 from ffdstudio.errors import InputError
 from ffdstudio.gui.errors import sentence
 from ffdstudio.gui.panels.fields import NumberEdit, VectorEdit, note, say
@@ -29,7 +29,6 @@ from ffdstudio.project.interaction import numeric_edits as typed
 from ffdstudio.project.interaction.flatness import normal_axis, plane_of
 from ffdstudio.project.model import Index, LatticeItem
 
-Array = NDArray[np.float64]
 FOLLOW_MS = 100  # between two readings during a drag
 SAME = 1e-9  # of the lattice's diagonal: points that were moved alike differ in the last digits
 ROUNDED = 1e-14  # of the diagonal: a displacement below it is none

@@ -11,12 +11,12 @@ import functools
 import numpy as np
 from numpy.typing import NDArray
 
+from ffdstudio.aliases import Array
 from ffdstudio.gui.theme import Theme
 from ffdstudio.meshes.measures import MEASURES
 from ffdstudio.project.checks.checking import Digest
 from ffdstudio.project.view.scales import Scale
 
-Array = NDArray[np.float64]
 Colours = NDArray[np.uint8]
 
 

@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
 from PySide6.QtWidgets import QLabel, QSpinBox
 
+from ffdstudio.aliases import Array
 from ffdstudio.engine import Lattice
 from ffdstudio.gui.panels.fields import say
 from ffdstudio.gui.studio import Studio
 from ffdstudio.meshes import Mesh
 from ffdstudio.project.checks.freezing import Face, advice, suggested
 from ffdstudio.project.view.volume import Volume
-
-Array = NDArray[np.float64]
 
 
 class FreezeHint(QLabel):

@@ -20,7 +20,7 @@ def height(counts: np.ndarray) -> np.ndarray:
     return np.asarray(np.log10(1 + counts))
 
 
-class Histogram(pyqtgraph.PlotWidget):
+class Histogram(pyqtgraph.PlotWidget):  # type: ignore[misc]  # written without types
     """Bars in the colours of the picture; dashed lines where a solver draws the line."""
 
     def __init__(self) -> None:

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
+from ffdstudio.aliases import Array
 from ffdstudio.gui.overlay import Line, Ring, Shape, Text
 from ffdstudio.gui.quality.choice import Choice
 from ffdstudio.gui.quality.flying import Flight
@@ -17,7 +18,6 @@ from ffdstudio.meshes.measures.faces import Topology, topology_of
 from ffdstudio.project.checks.checking import Checks
 from ffdstudio.project.document import Document
 
-Array = NDArray[np.float64]
 ROOM = 6.0  # sizes of a cell that are shown around it
 SMALL = 8.0  # pixels: a smaller cell gets a ring
 

@@ -12,8 +12,9 @@ from typing import Any
 import numpy as np
 from vtkmodules.util.numpy_support import numpy_to_vtk
 
+from ffdstudio.aliases import Indices
 from ffdstudio.gui.actors.body import MANY_FACES, BodyActor, hull
-from ffdstudio.gui.actors.vtk import Ints, actor, poly, ragged_cells
+from ffdstudio.gui.actors.vtk import actor, poly, ragged_cells
 from ffdstudio.gui.quality.choice import Choice
 from ffdstudio.gui.quality.colours import Colours, colours_of, map_of, scale_of
 from ffdstudio.gui.scene import Scene
@@ -139,7 +140,7 @@ class Painter:
         cells = self._checks.cells(key)
         return None if cells is None else self._colours(key, cells)
 
-    def _colours(self, key: str, cells: Ints) -> Colours | None:
+    def _colours(self, key: str, cells: Indices) -> Colours | None:
         """(k, 3) colours of cells, -1 for none; None while they are not known."""
         wanted, report = self._choice.wanted, self._checks.report(key)
         digest = self._checks.digest(key, wanted.measure)

@@ -6,8 +6,8 @@ from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ffdstudio.aliases import Array
 from ffdstudio.engine import Lattice
 from ffdstudio.gui.actors.vtk import Points, actor, cells, poly
 from ffdstudio.gui.overlay import Shape, Text
@@ -16,8 +16,6 @@ from ffdstudio.gui.studio import Studio
 from ffdstudio.gui.subscriptions import Listening
 from ffdstudio.project.checks.freezing import continuity, is_box
 from ffdstudio.project.view.rings import ring
-
-Array = NDArray[np.float64]
 
 
 class RingLine:

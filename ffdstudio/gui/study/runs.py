@@ -6,15 +6,14 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ffdstudio.aliases import Array
 from ffdstudio.project.studies.plan import Plan
 
 if TYPE_CHECKING:
     from ffdstudio.optimize.runs.record import History, Record
     from ffdstudio.optimize.runs.study import Study
 
-Array = NDArray[np.float64]
 FIGURES = {
     "cost": "Cost",
     "rms": "RMS error",

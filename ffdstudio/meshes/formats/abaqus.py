@@ -19,6 +19,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from ffdstudio.aliases import Indices
 from ffdstudio.files import read_bytes
 from ffdstudio.meshes.formats import Progress
 from ffdstudio.meshes.formats.abaqus_blocks import Block, blocks_of, fields, first_blank, tokens
@@ -27,7 +28,7 @@ from ffdstudio.meshes.formats.number_table import pick_anywhere, pick_numbers
 from ffdstudio.meshes.formats.patch import TextTemplate
 from ffdstudio.meshes.formats.source import Source
 from ffdstudio.meshes.mesh import Markers, Mesh, MeshWarning
-from ffdstudio.meshes.topology import Cells, Indices
+from ffdstudio.meshes.topology import Cells
 
 _NODES = re.compile(rb"^\*NODE[ \t]*[,\r\n]", re.I | re.M)
 

@@ -8,9 +8,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from ffdstudio.aliases import Indices
 from ffdstudio.meshes.formats.number_table import line_firsts, split_tokens
 from ffdstudio.meshes.formats.source import Source
-from ffdstudio.meshes.topology import Indices
 
 _BLANK = re.compile(rb"^[ \t]*,|,[ \t]*,", re.M)
 

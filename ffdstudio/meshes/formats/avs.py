@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ffdstudio.aliases import Indices
 from ffdstudio.meshes.formats import Progress
 from ffdstudio.meshes.formats.number_table import (
     line_firsts,
@@ -16,7 +17,7 @@ from ffdstudio.meshes.formats.number_table import (
 from ffdstudio.meshes.formats.patch import TextTemplate
 from ffdstudio.meshes.formats.source import Source
 from ffdstudio.meshes.mesh import Mesh
-from ffdstudio.meshes.topology import Cells, Indices
+from ffdstudio.meshes.topology import Cells
 
 TYPES = {  # name -> ours, and VTK's order of the nodes
     b"pt": ("vertex", [0]),

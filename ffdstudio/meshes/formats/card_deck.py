@@ -15,9 +15,9 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from ffdstudio.aliases import AnyArray, Array, Indices
 from ffdstudio.meshes.formats.number_table import first_wrong, numbers
 from ffdstudio.meshes.formats.source import Source
-from ffdstudio.meshes.topology import Array, Indices
 
 Letters = NDArray[np.uint8]
 BLANK = 32
@@ -168,7 +168,8 @@ class Deck:
 
 
 def _code(name: str) -> np.uint64:
-    return np.frombuffer(name.ljust(8).encode(), dtype=np.uint64)[0]
+    result: np.uint64 = np.frombuffer(name.ljust(8).encode(), dtype=np.uint64)[0]
+    return result
 
 
 def _capitals(text: Letters) -> Letters:
@@ -200,7 +201,7 @@ def _filled(fields: Letters) -> Letters:
     return text
 
 
-def _parsed(deck: Deck, lines: Indices, text: Letters, dtype: type) -> NDArray:
+def _parsed(deck: Deck, lines: Indices, text: Letters, dtype: type) -> AnyArray:
     if not len(text):
         return np.empty(0, dtype=dtype)
     rows = np.concatenate([text, np.full((len(text), 1), 10, dtype=np.uint8)], axis=1)

@@ -16,6 +16,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ffdstudio.aliases import Indices
 from ffdstudio.meshes.formats import Progress
 from ffdstudio.meshes.formats.cgns_boundaries import families_of
 from ffdstudio.meshes.formats.cgns_nodes import Adf, Node, hdf5
@@ -25,7 +26,6 @@ from ffdstudio.meshes.formats.patch import BinaryTemplate
 from ffdstudio.meshes.formats.source import Source
 from ffdstudio.meshes.formats.vtkcells import offsets_of
 from ffdstudio.meshes.mesh import Mesh, Template
-from ffdstudio.meshes.topology import Indices
 
 AXES = ("CoordinateX", "CoordinateY", "CoordinateZ")
 

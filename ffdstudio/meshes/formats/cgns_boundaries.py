@@ -12,10 +12,11 @@ from typing import Any
 
 import numpy as np
 
+from ffdstudio.aliases import Indices
 from ffdstudio.meshes.formats.cgns_nodes import Node
 from ffdstudio.meshes.formats.source import Source
 from ffdstudio.meshes.formats.vtkcells import block_cells
-from ffdstudio.meshes.topology import Cells, Indices, dimension
+from ffdstudio.meshes.topology import Cells, dimension
 
 KINDS = {
     "Wall": "wall",

@@ -17,8 +17,8 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ffdstudio.aliases import AnyArray
 from ffdstudio.errors import InputError
 from ffdstudio.meshes.formats.source import Source
 
@@ -50,7 +50,7 @@ class Node:
     place: int = -1
     path: str = ""
     children: list[Node] = field(default_factory=list)
-    data: NDArray | None = None
+    data: AnyArray | None = None
 
     def of(self, label: str) -> Iterator[Node]:
         """Children with a label."""
@@ -60,7 +60,7 @@ class Node:
         """Child with a name."""
         return next((child for child in self.children if child.name == name), None)
 
-    def values(self) -> NDArray:
+    def values(self) -> AnyArray:
         """Flat data, the fastest index first; empty without data."""
         return np.empty(0, dtype=np.int64) if self.data is None else self.data
 
@@ -222,7 +222,7 @@ def _dataset(source: Source, node: Node, item: Any, path: str) -> None:
     node.data = values.ravel()
 
 
-def values_of(source: Source, item: Any, what: str) -> NDArray[Any]:
+def values_of(source: Source, item: Any, what: str) -> AnyArray:
     """Read an HDF5 dataset that lies in its file; every reader of HDF5 reads through here.
 
     A dataset may name any other file as its storage: reading would then show that file's

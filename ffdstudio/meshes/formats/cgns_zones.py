@@ -6,12 +6,13 @@ import warnings
 
 import numpy as np
 
+from ffdstudio.aliases import Indices
 from ffdstudio.meshes.formats.cgns_boundaries import Parts, elements, kind_of, patch
 from ffdstudio.meshes.formats.cgns_nodes import Node
 from ffdstudio.meshes.formats.source import Source
 from ffdstudio.meshes.formats.vtkcells import MIDDLE_BEFORE_TOP, block_cells
 from ffdstudio.meshes.mesh import Markers, MeshWarning
-from ffdstudio.meshes.topology import Cells, Indices, dimension
+from ffdstudio.meshes.topology import Cells, dimension
 
 MIXED, NGON = 20, (22, 23)
 TYPES = {  # CGNS's number -> name, number of nodes

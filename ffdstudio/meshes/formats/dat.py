@@ -16,6 +16,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ffdstudio.aliases import Array, Indices
 from ffdstudio.errors import InputError
 from ffdstudio.files import write_bytes
 from ffdstudio.meshes.formats import Progress
@@ -23,7 +24,6 @@ from ffdstudio.meshes.formats.dat_blocks import Block, blocks_of, without_decima
 from ffdstudio.meshes.formats.patch import TextTemplate, shortest
 from ffdstudio.meshes.formats.source import Source
 from ffdstudio.meshes.mesh import Mesh
-from ffdstudio.meshes.topology import Array, Indices
 
 ELEMENT = "element {}"  # name of the marker of an element, counted from 1
 LEAST = 5  # points of an element beside others

@@ -18,8 +18,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ffdstudio.aliases import Array
 from ffdstudio.meshes.formats.source import Source
-from ffdstudio.meshes.topology import Array
 
 SEPARATOR = 999.0  # both numbers of a line between two elements, as MSES has it
 LINE = re.compile(rb"[^\r\n]*(?:\r\n|\r|\n|$)")

@@ -14,6 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ffdstudio.aliases import Indices
 from ffdstudio.meshes.formats import Progress
 from ffdstudio.meshes.formats.hdftemplate import HdfTemplate
 from ffdstudio.meshes.formats.netcdf import Variable, variables
@@ -21,7 +22,7 @@ from ffdstudio.meshes.formats.patch import BinaryTemplate
 from ffdstudio.meshes.formats.source import Source
 from ffdstudio.meshes.formats.vtkcells import MIDDLE_BEFORE_TOP, polygon_name
 from ffdstudio.meshes.mesh import Markers, Mesh, Template
-from ffdstudio.meshes.topology import Cells, Indices, base_type
+from ffdstudio.meshes.topology import Cells, base_type
 
 TYPES = {  # begin of the name -> by number of nodes
     "HEX": {8: "hexahedron", 20: "hexahedron20", 27: "hexahedron27"},

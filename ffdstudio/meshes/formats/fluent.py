@@ -13,6 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ffdstudio.aliases import Indices
 from ffdstudio.meshes.formats import Progress
 from ffdstudio.meshes.formats.fluent_faces import partners_of, side_of, tokens
 from ffdstudio.meshes.formats.fluent_mesh import mesh_of
@@ -21,7 +22,6 @@ from ffdstudio.meshes.formats.number_table import pick_anywhere
 from ffdstudio.meshes.formats.patch import BinaryTemplate, TextTemplate
 from ffdstudio.meshes.formats.source import Source
 from ffdstudio.meshes.mesh import Mesh
-from ffdstudio.meshes.topology import Indices
 
 
 def read(path: Path, data: bytes, progress: Progress) -> Mesh:

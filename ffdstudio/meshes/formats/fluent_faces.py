@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from ffdstudio.aliases import Indices
 from ffdstudio.meshes.formats.fluent_mesh import Partners, Side
 from ffdstudio.meshes.formats.fluent_sections import Zone
 from ffdstudio.meshes.formats.number_table import split_tokens
 from ffdstudio.meshes.formats.source import Source
 from ffdstudio.meshes.formats.vtkcells import offsets_of
-from ffdstudio.meshes.topology import Indices
 
 
 def tokens(source: Source, zone: Zone) -> tuple[Indices, Indices]:

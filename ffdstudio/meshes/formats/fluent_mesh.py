@@ -13,10 +13,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ffdstudio.aliases import Array, Indices
 from ffdstudio.meshes.formats.source import Source
 from ffdstudio.meshes.formats.vtkcells import offsets_of, polygon_name
 from ffdstudio.meshes.mesh import Faces, Markers, Mesh, Template, boundary_faces
-from ffdstudio.meshes.topology import Array, Cells, Indices
+from ffdstudio.meshes.topology import Cells
 
 INTERIOR = 2
 KINDS = {3: "wall", 7: "symmetry", 8: "periodic", 12: "periodic"}

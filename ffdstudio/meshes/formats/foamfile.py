@@ -14,13 +14,12 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ffdstudio.aliases import AnyArray, Indices
 from ffdstudio.errors import InputError
 from ffdstudio.files import read_bytes
 from ffdstudio.meshes.formats.number_table import pick_numbers, split_tokens
 from ffdstudio.meshes.formats.source import Source
-from ffdstudio.meshes.topology import Indices
 
 _HEADER = re.compile(rb"FoamFile\s*\{([^{}]*)\}")
 _LIST = re.compile(rb"(\d+)\s*\(")
@@ -88,7 +87,7 @@ class FoamFile:
                 return int(match[1]), match.end()
             at = match.end()
 
-    def binary(self, count: int, begin: int, dtype: np.dtype) -> NDArray:
+    def binary(self, count: int, begin: int, dtype: np.dtype) -> AnyArray:
         """Raw numbers of a list."""
         if begin + count * dtype.itemsize >= len(self.source.data):
             raise self.source.failure(f"the file ends before its {count} numbers")

@@ -12,10 +12,11 @@ from pathlib import Path
 
 import numpy as np
 
+from ffdstudio.aliases import Indices
 from ffdstudio.meshes.formats.foamfile import FoamFile
 from ffdstudio.meshes.formats.number_table import pick_numbers, split_tokens
 from ffdstudio.meshes.mesh import Faces, Markers, boundary_faces
-from ffdstudio.meshes.topology import Cells, Indices
+from ffdstudio.meshes.topology import Cells
 
 _ZONE = re.compile(
     rb'("[^"]*"|[^\s{}();"]+)\s*\{\s*type\s+(?:cell|face)Zone\s*;'

@@ -19,11 +19,12 @@ from typing import NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from ffdstudio.aliases import Array, Indices
 from ffdstudio.meshes.formats import Progress
 from ffdstudio.meshes.formats.gmsh_periodic import Periodic, links_of
 from ffdstudio.meshes.formats.source import Source
 from ffdstudio.meshes.mesh import Markers, Mesh, Template
-from ffdstudio.meshes.topology import Array, Cells, Indices, dimension
+from ffdstudio.meshes.topology import Cells, dimension
 
 KINDS = ("point", "curve", "surface", "volume")
 NAMES = {  # Gmsh's number -> name and number of nodes

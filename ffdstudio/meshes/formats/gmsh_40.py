@@ -10,11 +10,11 @@ import warnings
 
 import numpy as np
 
+from ffdstudio.aliases import Indices
 from ffdstudio.meshes.formats import gmsh_binary, gmsh_text
 from ffdstudio.meshes.formats.gmsh import Elements, Nodes
 from ffdstudio.meshes.formats.gmsh_periodic import Periodic
 from ffdstudio.meshes.mesh import MeshWarning
-from ffdstudio.meshes.topology import Indices
 
 
 class Text(gmsh_text.New):

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ffdstudio.aliases import AnyArray, Indices
 from ffdstudio.meshes.formats.gmsh import NAMES, Elements, Nodes, finite
 from ffdstudio.meshes.formats.gmsh_periodic import Periodic, in_text
 from ffdstudio.meshes.formats.patch import BinaryTemplate
 from ffdstudio.meshes.formats.source import Source
-from ffdstudio.meshes.topology import Indices
 
 
 class _Binary:
@@ -35,7 +34,7 @@ class _Binary:
             raise self.source.failure(f"section ${self.name} ends too early")
         return begin
 
-    def numbers(self, count: int, dtype: np.dtype) -> NDArray:
+    def numbers(self, count: int, dtype: np.dtype) -> AnyArray:
         """Next numbers of a type."""
         return np.frombuffer(
             self.source.data, dtype, count, self.place(count, dtype.itemsize) if count else 0
@@ -106,7 +105,7 @@ class Old(_Binary):
             left -= count
         return _merged(found)
 
-    def _single(self, width: int, most: int) -> NDArray:
+    def _single(self, width: int, most: int) -> AnyArray:
         """Run of blocks of one element that have the head just read: most writers make these."""
         begin = self.at - 12
         size = 4 * (3 + width)

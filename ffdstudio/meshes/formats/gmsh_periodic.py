@@ -13,9 +13,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ffdstudio.aliases import Indices
 from ffdstudio.meshes.formats.source import Source
 from ffdstudio.meshes.links import Link
-from ffdstudio.meshes.topology import Indices
 
 Find = Callable[[Indices], Indices]
 _KINDS = ("point", "curve", "surface", "volume")

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from ffdstudio.aliases import Indices
 from ffdstudio.meshes.formats.gmsh import NAMES, Elements, Nodes
 from ffdstudio.meshes.formats.gmsh_periodic import Periodic, in_text
 from ffdstudio.meshes.formats.number_table import Rows, read_rows
 from ffdstudio.meshes.formats.patch import TextTemplate
 from ffdstudio.meshes.formats.source import Source
-from ffdstudio.meshes.topology import Indices
 
 
 class _Text:

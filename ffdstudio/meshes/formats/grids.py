@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ffdstudio.aliases import Array, Indices
 from ffdstudio.meshes.formats.card_deck import WIDTH, Deck, Letters
 from ffdstudio.meshes.formats.patch import changed
-from ffdstudio.meshes.topology import Array, Indices
 
 COMMENT = re.compile(rb"\$([^\r\n]*)")
 

@@ -8,11 +8,11 @@ from pathlib import Path
 
 import numpy as np
 
+from ffdstudio.aliases import Array
 from ffdstudio.files import write_bytes
 from ffdstudio.meshes.formats.cgns_nodes import opened
 from ffdstudio.meshes.formats.patch import changed, refuse_missing_axes, rounded, warn_if_rounded
 from ffdstudio.meshes.formats.source import Source
-from ffdstudio.meshes.topology import Array
 
 
 @dataclass(frozen=True, eq=False)

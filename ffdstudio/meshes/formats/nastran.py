@@ -20,6 +20,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ffdstudio.aliases import Array, Indices
 from ffdstudio.errors import InputError
 from ffdstudio.files import read_bytes, write_together
 from ffdstudio.meshes.formats import Progress
@@ -29,7 +30,7 @@ from ffdstudio.meshes.formats.patch import changed
 from ffdstudio.meshes.formats.source import Source
 from ffdstudio.meshes.formats.vtkcells import MIDDLE_BEFORE_TOP
 from ffdstudio.meshes.mesh import Markers, Mesh, MeshWarning
-from ffdstudio.meshes.topology import Array, Cells, Indices
+from ffdstudio.meshes.topology import Cells
 
 # card -> fields before the nodes, and the type for each number of nodes
 ELEMENTS: dict[str, tuple[int, dict[int, str]]] = {

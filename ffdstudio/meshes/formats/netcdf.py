@@ -9,8 +9,8 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ffdstudio.aliases import AnyArray
 from ffdstudio.errors import InputError
 from ffdstudio.meshes.formats.cgns_nodes import HDF_ERRORS, is_inside, opened, values_of
 from ffdstudio.meshes.formats.source import Source
@@ -40,7 +40,7 @@ class Variable:
     shape: tuple[int, ...]
     dtype: np.dtype
     place: int
-    values: NDArray
+    values: AnyArray
     attributes: dict[str, str] = field(default_factory=dict)
 
     def texts(self) -> list[str]:

@@ -9,8 +9,8 @@ from typing import Protocol
 
 import numpy as np
 
+from ffdstudio.aliases import Array
 from ffdstudio.meshes.mesh import MeshWarning, Template
-from ffdstudio.meshes.topology import Array
 
 
 class _Patching(Template, Protocol):

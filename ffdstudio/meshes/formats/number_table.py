@@ -15,10 +15,10 @@ from collections.abc import Callable, Iterator
 from typing import NamedTuple, NoReturn
 
 import numpy as np
-from numpy.typing import DTypeLike, NDArray
+from numpy.typing import DTypeLike
 
+from ffdstudio.aliases import AnyArray, Indices
 from ffdstudio.meshes.formats.source import Source
-from ffdstudio.meshes.topology import Indices
 
 BLOCK = 1 << 22
 _LONE_SIGN = re.compile(rb"[-+](?!\d)")
@@ -33,7 +33,7 @@ class Rows(NamedTuple):
     stands; ``first[-1]`` is the count of numbers. Lines without numbers do not count.
     """
 
-    values: NDArray
+    values: AnyArray
     first: Indices
     places: Indices
     starts: Indices
@@ -51,7 +51,7 @@ class Rows(NamedTuple):
         """(rows, count) places in `values` of the first numbers of lines."""
         return self.first[:-1][rows][:, None] + np.arange(count)
 
-    def table(self) -> NDArray | None:
+    def table(self) -> AnyArray | None:
         """All numbers as one (rows, width) array if every line has as many, else None."""
         widths = self.widths
         if len(widths) == 0 or (widths != widths[0]).any():
@@ -89,7 +89,7 @@ def read_rows(
         If something there is not a number of that type; the message names the line.
     """
     place = np.int32 if end < 2**31 else np.int64  # half the memory where it is enough
-    parts: list[tuple[NDArray, ...]] = []
+    parts: list[tuple[AnyArray, ...]] = []
     total = 0
     for at, block in _blocks(source.data, begin, end):
         values, starts, ends, first = _parse(source, at, _blanked(block, comment), dtype)
@@ -133,7 +133,7 @@ def _blanked(block: bytes, comment: bytes) -> bytes:
 
 def _parse(
     source: Source, at: int, block: bytes, dtype: DTypeLike
-) -> tuple[NDArray, Indices, Indices, Indices]:
+) -> tuple[AnyArray, Indices, Indices, Indices]:
     starts, ends = split_tokens(block)
     first = line_firsts(block, starts)
     values = numbers(block, dtype) if len(starts) else np.empty(0, dtype=dtype)
@@ -151,7 +151,7 @@ def line_firsts(block: bytes, starts: Indices) -> Indices:
 
 def pick_numbers(
     source: Source, starts: Indices, ends: Indices, dtype: DTypeLike = np.float64
-) -> NDArray:
+) -> AnyArray:
     """Parse the numbers between the given places of a text, in the order of the file.
 
     Raises
@@ -179,7 +179,7 @@ def pick_numbers(
 
 def pick_anywhere(
     source: Source, starts: Indices, ends: Indices, dtype: DTypeLike = np.float64
-) -> NDArray:
+) -> AnyArray:
     """As `pick_numbers`, for places of any shape in any order."""
     order = np.argsort(starts, axis=None, kind="stable")
     values = np.empty(starts.size, dtype=dtype)
@@ -196,7 +196,7 @@ def _refuse(
     raise source.error(at + int(starts[bad]), f"expected a {kind}, found {shown!r}")
 
 
-def numbers(block: bytes, dtype: DTypeLike) -> NDArray | None:
+def numbers(block: bytes, dtype: DTypeLike) -> AnyArray | None:
     """All numbers of a text, or None if there is anything else; 1.0D+00 is a number, too."""
     if not block.strip():  # NumPy finds a -1 in blanks
         return np.empty(0, dtype=dtype)

@@ -14,6 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ffdstudio.aliases import Indices
 from ffdstudio.files import write_bytes
 from ffdstudio.meshes.formats import Progress
 from ffdstudio.meshes.formats.normals import WithNormals
@@ -21,7 +22,7 @@ from ffdstudio.meshes.formats.number_table import line_firsts, pick_numbers, spl
 from ffdstudio.meshes.formats.patch import TextTemplate, shortest
 from ffdstudio.meshes.formats.source import Source
 from ffdstudio.meshes.mesh import Markers, Mesh
-from ffdstudio.meshes.topology import Cells, Indices
+from ffdstudio.meshes.topology import Cells
 
 _COMMENT = re.compile(rb"(?<!\S)#[^\n]*")
 

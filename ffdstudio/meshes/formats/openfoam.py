@@ -20,6 +20,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ffdstudio.aliases import Array, Indices
 from ffdstudio.errors import InputError
 from ffdstudio.files import read_bytes, remove, write_bytes, write_together
 from ffdstudio.meshes.formats import Progress
@@ -28,7 +29,6 @@ from ffdstudio.meshes.formats.foamzones import add_zones
 from ffdstudio.meshes.formats.number_table import pick_numbers
 from ffdstudio.meshes.formats.patch import BinaryTemplate, TextTemplate, warn_if_rounded
 from ffdstudio.meshes.mesh import Faces, Markers, Mesh, MeshWarning, boundary_faces
-from ffdstudio.meshes.topology import Array, Indices
 
 KINDS = {
     "symmetryPlane": "symmetry",

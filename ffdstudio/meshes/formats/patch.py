@@ -20,11 +20,11 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
+from ffdstudio.aliases import AnyArray, Array, Indices
 from ffdstudio.errors import InputError
 from ffdstudio.files import write_bytes
 from ffdstudio.meshes.formats.shortest_floats import shortest_texts
 from ffdstudio.meshes.mesh import MeshWarning
-from ffdstudio.meshes.topology import Array, Indices
 
 CHUNK = 1 << 15
 DOUBLE = np.dtype(np.float64)
@@ -154,7 +154,7 @@ def put(out: bytearray, places: Indices, values: Array, dtype: DTypeLike) -> Non
         target[places[part, None] + np.arange(size)] = raw
 
 
-def rounded(values: Array, dtype: DTypeLike) -> NDArray:
+def rounded(values: Array, dtype: DTypeLike) -> AnyArray:
     """Values in the type of a file; raises `InputError` if one is too large for it."""
     with np.errstate(over="ignore"):
         stored = np.ascontiguousarray(values).astype(dtype)
@@ -172,11 +172,12 @@ def by_slot(
     return (old, new) if slots is None else (old[slots], new[slots])
 
 
-def changed(original: NDArray, points: NDArray) -> NDArray[np.bool_]:
+def changed(original: AnyArray, points: AnyArray) -> NDArray[np.bool_]:
     """Which coordinates have other bits."""
     bits = f"i{original.dtype.itemsize}"
     old, new = np.ascontiguousarray(original).view(bits), np.ascontiguousarray(points).view(bits)
-    return np.not_equal(old, new)
+    result: NDArray[np.bool_] = np.not_equal(old, new)
+    return result
 
 
 def refuse_missing_axes(original: Array, points: Array, axes: int) -> None:

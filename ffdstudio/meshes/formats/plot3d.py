@@ -16,13 +16,14 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ffdstudio.aliases import Array, Indices
 from ffdstudio.meshes.formats import Progress
 from ffdstudio.meshes.formats.number_table import pick_anywhere, split_tokens
 from ffdstudio.meshes.formats.patch import BinaryTemplate, TextTemplate
 from ffdstudio.meshes.formats.source import Source
 from ffdstudio.meshes.formats.vtkcells import block_cells, offsets_of
 from ffdstudio.meshes.mesh import Markers, Mesh
-from ffdstudio.meshes.topology import Array, Cells, Indices
+from ffdstudio.meshes.topology import Cells
 
 MOST_BLOCKS = 100_000
 
@@ -40,12 +41,14 @@ class Reading(NamedTuple):
     @property
     def axes(self) -> int:
         """Coordinates of a node."""
-        return self.shapes.shape[1]
+        result: int = self.shapes.shape[1]
+        return result
 
     @property
     def counts(self) -> Indices:
         """Nodes of each block."""
-        return np.prod(self.shapes, axis=1)
+        result: Indices = np.prod(self.shapes, axis=1)
+        return result
 
 
 def read(path: Path, data: bytes, progress: Progress) -> Mesh:

@@ -10,10 +10,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ffdstudio.aliases import AnyArray, Indices
 from ffdstudio.files import write_bytes
 from ffdstudio.meshes.formats import Progress
 from ffdstudio.meshes.formats.normals import WithNormals
@@ -21,7 +22,7 @@ from ffdstudio.meshes.formats.number_table import Rows, read_rows
 from ffdstudio.meshes.formats.patch import BinaryTemplate, TextTemplate, shortest
 from ffdstudio.meshes.formats.source import Source
 from ffdstudio.meshes.mesh import Mesh, Template
-from ffdstudio.meshes.topology import Cells, Indices
+from ffdstudio.meshes.topology import Cells
 
 TYPES = {
     **dict.fromkeys(("char", "int8"), "i1"),
@@ -172,9 +173,9 @@ class _Binary:
         assert template is not None
         return _checked(self.source, template, cells)
 
-    def _record(self, element: Element, sizes: list[int]) -> np.dtype:
+    def _record(self, element: Element, sizes: list[int]) -> np.dtype[Any]:
         """Type of one record whose lists have these sizes."""
-        fields: list[tuple] = []
+        fields: list[tuple[Any, ...]] = []
         left = iter(sizes)
         for k, prop in enumerate(element.properties):
             if prop.count:
@@ -220,15 +221,15 @@ class _Binary:
         return self._one_by_one(element, at)
 
     def _one_by_one(self, element: Element, at: int) -> tuple[Cells, int]:
-        parts: dict[str, list[NDArray]] = {}
+        parts: dict[str, list[AnyArray]] = {}
         for _ in range(element.count):
             lists, at = self._one(element, at)
             parts.setdefault(_name(len(lists[0])), []).append(lists[0].astype(np.int64))
         return {name: np.stack(nodes) for name, nodes in parts.items()}, at
 
-    def _one(self, element: Element, at: int) -> tuple[list[NDArray], int]:
+    def _one(self, element: Element, at: int) -> tuple[list[AnyArray], int]:
         """Lists of the record at a place, and the place behind it."""
-        lists: list[NDArray] = []
+        lists: list[AnyArray] = []
         for prop in element.properties if element.count else ():
             size = 1
             if prop.count:
@@ -240,7 +241,7 @@ class _Binary:
                 lists.append(values)
         return lists or [np.empty(0)], at
 
-    def _numbers(self, kind: str, count: int, at: int) -> NDArray:
+    def _numbers(self, kind: str, count: int, at: int) -> AnyArray:
         dtype = np.dtype(self.order + kind)
         if count < 0 or at + count * dtype.itemsize > len(self.source.data):
             raise self.source.failure("the file ends within its faces")

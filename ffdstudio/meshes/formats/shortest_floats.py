@@ -19,7 +19,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ffdstudio.meshes.topology import Array, Indices
+from ffdstudio.aliases import Array, Indices
 
 SPLIT = 134217729.0  # 2**27 + 1
 POWERS: Array = 10.0 ** np.arange(22, dtype=np.float64)

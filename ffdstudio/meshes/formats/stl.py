@@ -15,13 +15,13 @@ from pathlib import Path
 
 import numpy as np
 
+from ffdstudio.aliases import Array, Indices
 from ffdstudio.files import write_bytes
 from ffdstudio.meshes.formats import Progress
 from ffdstudio.meshes.formats.number_table import line_firsts, pick_numbers, split_tokens
 from ffdstudio.meshes.formats.patch import BinaryTemplate, Edits, TextTemplate, changed, put
 from ffdstudio.meshes.formats.source import Source
 from ffdstudio.meshes.mesh import Markers, Mesh
-from ffdstudio.meshes.topology import Array, Indices
 
 HEADER, RECORD = 84, 50
 FACET = b"fovvvee"  # first letters of the seven lines of a facet
@@ -71,7 +71,8 @@ def unit_normals(points: Array, triangles: Indices) -> Array:
     a, b, c = (points[triangles[:, k]] for k in range(3))
     normals = np.cross(b - a, c - a)
     length = np.linalg.norm(normals, axis=1, keepdims=True)
-    return np.divide(normals, length, out=np.zeros_like(normals), where=length > 0)
+    result: Array = np.divide(normals, length, out=np.zeros_like(normals), where=length > 0)
+    return result
 
 
 def read(path: Path, data: bytes, progress: Progress) -> Mesh:
@@ -130,7 +131,8 @@ def _read_ascii(source: Source) -> Mesh:
 def _spells_endsolid(data: bytes, places: Indices) -> np.ndarray:
     """Whether the word there has the s of "endsolid" at its fourth letter."""
     letters = np.frombuffer(data + bytes(4), dtype=np.uint8)
-    return (letters[places + 3] | 32) == ord("s")
+    result: np.ndarray = (letters[places + 3] | 32) == ord("s")
+    return result
 
 
 def _check(source: Source, line: np.ndarray, facets: Indices, starts: Indices, total: int) -> None:

@@ -23,6 +23,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ffdstudio.aliases import Array, Indices
 from ffdstudio.errors import InputError
 from ffdstudio.meshes.formats import Progress
 from ffdstudio.meshes.formats.number_table import Rows, read_rows
@@ -31,7 +32,7 @@ from ffdstudio.meshes.formats.source import Source
 from ffdstudio.meshes.formats.su2_sections import Section, ffd_spans, sections_of, zones_of
 from ffdstudio.meshes.links import Link
 from ffdstudio.meshes.mesh import Markers, Mesh, MeshWarning
-from ffdstudio.meshes.topology import CORNERS, Array, Cells, Indices
+from ffdstudio.meshes.topology import CORNERS, Cells
 
 CODES = {
     1: "vertex",

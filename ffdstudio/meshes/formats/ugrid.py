@@ -15,14 +15,14 @@ import re
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ffdstudio.aliases import AnyArray, Indices
 from ffdstudio.meshes.formats import Progress
 from ffdstudio.meshes.formats.number_table import pick_numbers, split_tokens
 from ffdstudio.meshes.formats.patch import BinaryTemplate, TextTemplate
 from ffdstudio.meshes.formats.source import Source
 from ffdstudio.meshes.mesh import Markers, Mesh
-from ffdstudio.meshes.topology import Cells, Indices
+from ffdstudio.meshes.topology import Cells
 
 TYPES = {"triangle": 3, "quad": 4, "tetra": 4, "pyramid": 5, "wedge": 6, "hexahedron": 8}
 ORDER = {"pyramid": [0, 3, 4, 1, 2]}
@@ -132,7 +132,7 @@ class _Binary(_Reader):
             raise self.source.failure("the file ends too early")
         return begin
 
-    def _numbers(self, count: int, dtype: np.dtype) -> NDArray:
+    def _numbers(self, count: int, dtype: np.dtype) -> AnyArray:
         begin = self._place(count, dtype.itemsize)
         return np.frombuffer(self.source.data, dtype, count, begin if count else 0)
 

@@ -16,11 +16,12 @@ from typing import Any
 
 import numpy as np
 
+from ffdstudio.aliases import Array
 from ffdstudio.errors import InputError
 from ffdstudio.files import write_bytes
 from ffdstudio.meshes.formats import Progress
 from ffdstudio.meshes.mesh import Markers, Mesh
-from ffdstudio.meshes.topology import Array, Cells
+from ffdstudio.meshes.topology import Cells
 
 
 def read(path: Path, data: bytes, progress: Progress) -> Mesh:

@@ -11,8 +11,8 @@ import re
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ffdstudio.aliases import AnyArray, Indices
 from ffdstudio.errors import InputError
 from ffdstudio.files import write_bytes
 from ffdstudio.meshes.formats import Progress
@@ -22,7 +22,7 @@ from ffdstudio.meshes.formats.patch import BinaryTemplate, TextTemplate, shortes
 from ffdstudio.meshes.formats.source import Source
 from ffdstudio.meshes.formats.vtkcells import SIZED, block_cells, cells_of, offsets_of
 from ffdstudio.meshes.mesh import Mesh, Template
-from ffdstudio.meshes.topology import Cells, Indices
+from ffdstudio.meshes.topology import Cells
 
 TYPES = {
     "float": ">f4",
@@ -147,7 +147,7 @@ class _Reader:
         self.at = begin + size
         return begin
 
-    def _numbers(self, count: int, dtype: str, place: int) -> NDArray:
+    def _numbers(self, count: int, dtype: str, place: int) -> AnyArray:
         if self.is_text:
             span = self._span(count, place)
             kind = np.float64 if "f" in dtype else np.int64

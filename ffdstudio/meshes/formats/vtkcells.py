@@ -6,9 +6,10 @@ import warnings
 
 import numpy as np
 
+from ffdstudio.aliases import Indices
 from ffdstudio.meshes.formats.source import Source
 from ffdstudio.meshes.mesh import MeshWarning
-from ffdstudio.meshes.topology import Cells, Indices
+from ffdstudio.meshes.topology import Cells
 
 SIZED = {  # VTK's number -> name and number of nodes
     1: ("vertex", 1),

@@ -15,6 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ffdstudio.aliases import Array, Indices
 from ffdstudio.files import write_bytes
 from ffdstudio.meshes.formats import Progress
 from ffdstudio.meshes.formats.normals import WithNormals
@@ -23,7 +24,7 @@ from ffdstudio.meshes.formats.source import Source
 from ffdstudio.meshes.formats.vtkcells import block_cells, cells_of, offsets_of
 from ffdstudio.meshes.formats.xmlarray import DataArray, Layout, Tag, parse
 from ffdstudio.meshes.mesh import Mesh
-from ffdstudio.meshes.topology import Array, Cells, Indices
+from ffdstudio.meshes.topology import Cells
 
 POLYDATA = {"Verts": 1, "Lines": 3, "Polys": 7}
 Edit = tuple[int, int, bytes]

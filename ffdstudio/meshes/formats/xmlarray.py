@@ -17,11 +17,10 @@ import zlib
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ffdstudio.aliases import AnyArray, Indices
 from ffdstudio.meshes.formats.number_table import pick_numbers, split_tokens
 from ffdstudio.meshes.formats.source import Source
-from ffdstudio.meshes.topology import Indices
 
 COMPRESSORS = {"vtkZLibDataCompressor": zlib, "vtkLZMADataCompressor": lzma}
 TYPES = {"Int": "i", "UInt": "u", "Float": "f"}
@@ -163,7 +162,7 @@ class DataArray:
         starts, ends = split_tokens(text)
         return starts + self.begin, ends + self.begin
 
-    def values(self) -> NDArray:
+    def values(self) -> AnyArray:
         """Numbers of the array, flat."""
         if self.form == "ascii":
             kind = np.float64 if self.dtype.kind == "f" else np.int64
@@ -226,7 +225,7 @@ class DataArray:
             raise self._error("a compressed block does not have the size that it states")
         return plain
 
-    def _header(self, count: int) -> NDArray:
+    def _header(self, count: int) -> AnyArray:
         size = count * self.layout.header.itemsize
         raw = self._raw(self.begin, size)
         return np.frombuffer(raw, self.layout.header)

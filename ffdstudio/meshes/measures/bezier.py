@@ -15,9 +15,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from ffdstudio.aliases import Array, Indices
 from ffdstudio.meshes.measures.blocks import Block
 from ffdstudio.meshes.measures.vectors import cross, dot, gathered, length, pieces, triple
-from ffdstudio.meshes.topology import Array, Indices
 
 INSIDE = ("wedge", "hexahedron")
 DEPTH = 10

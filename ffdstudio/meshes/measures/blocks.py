@@ -17,9 +17,10 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
+from ffdstudio.aliases import Array, Indices
 from ffdstudio.meshes.measures.recognise import ramps, recognised, sides, trihedra
 from ffdstudio.meshes.mesh import Faces, Mesh
-from ffdstudio.meshes.topology import Array, Indices, base_type, corners, dimension
+from ffdstudio.meshes.topology import base_type, corners, dimension
 
 Groups = tuple[tuple[Indices, Indices], ...]
 CORNERS = {  # a corner and its neighbours, in the order that makes a good cell positive

@@ -12,9 +12,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from ffdstudio.aliases import Array
 from ffdstudio.meshes.measures.blocks import Block
 from ffdstudio.meshes.measures.vectors import cross, dot, gathered, length, pieces, triple
-from ffdstudio.meshes.topology import Array
 
 ROUNDING = 16 * np.finfo(np.float64).eps
 

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from ffdstudio.aliases import Array, Indices
 from ffdstudio.meshes.measures import kernels
 from ffdstudio.meshes.measures.blocks import blocks_of
 from ffdstudio.meshes.measures.faces import Topology, topology_of
 from ffdstudio.meshes.measures.work import shared
 from ffdstudio.meshes.mesh import Mesh
-from ffdstudio.meshes.topology import Array, Indices
 
 
 class Fabric:
@@ -86,4 +86,5 @@ def directions(mesh: Mesh) -> np.ndarray:
         for nodes in mesh.markers[name].values():
             p = mesh.points[nodes]
             across += np.abs(np.cross(p[:, 2] - p[:, 0], p[:, -1] - p[:, 1])).sum(axis=0)
-    return across <= 1e-3 * across.sum()
+    result: np.ndarray = across <= 1e-3 * across.sum()
+    return result

@@ -14,12 +14,13 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
+from ffdstudio.aliases import Indices
 from ffdstudio.errors import InputError
 from ffdstudio.meshes.measures.blocks import Block, blocks_of
 from ffdstudio.meshes.measures.corners import orientation
 from ffdstudio.meshes.measures.recognise import ramps, sides
 from ffdstudio.meshes.mesh import Faces, Mesh
-from ffdstudio.meshes.topology import FACES, Indices
+from ffdstudio.meshes.topology import FACES
 
 EDGES = {
     "triangle": ((0, 1), (1, 2), (2, 0)),

@@ -13,6 +13,7 @@ from threading import Lock
 
 import numpy as np
 
+from ffdstudio.aliases import Array, Indices
 from ffdstudio.errors import InputError
 from ffdstudio.meshes.measures.bezier import INSIDE
 from ffdstudio.meshes.measures.blocks import blocks_of
@@ -21,7 +22,6 @@ from ffdstudio.meshes.measures.inversion import folded_since
 from ffdstudio.meshes.measures.layers import Walls
 from ffdstudio.meshes.measures.shapes import Polygons, Shape
 from ffdstudio.meshes.mesh import Mesh
-from ffdstudio.meshes.topology import Array, Indices
 
 FACED = ("non_orthogonality", "face_skewness", "orthogonal_quality", "growth_ratio")
 
@@ -117,4 +117,5 @@ class State:
 
 def differ(a: Array, b: Array) -> np.ndarray:
     """Mask of the points (n, 3) that are not the same."""
-    return (a[:, 0] != b[:, 0]) | (a[:, 1] != b[:, 1]) | (a[:, 2] != b[:, 2])
+    result: np.ndarray = (a[:, 0] != b[:, 0]) | (a[:, 1] != b[:, 1]) | (a[:, 2] != b[:, 2])
+    return result

@@ -12,12 +12,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ffdstudio.aliases import Array, Indices
 from ffdstudio.errors import InputError
 from ffdstudio.meshes.measures.bezier import INSIDE, folded
 from ffdstudio.meshes.measures.blocks import Block, Blocks, blocks_of
 from ffdstudio.meshes.measures.corners import jacobians, signs
 from ffdstudio.meshes.mesh import Mesh
-from ffdstudio.meshes.topology import Array, Indices, numbers
+from ffdstudio.meshes.topology import numbers
 
 
 @dataclass(frozen=True, eq=False)

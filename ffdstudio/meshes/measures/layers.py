@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from ffdstudio.aliases import Array, Indices
 from ffdstudio.meshes.measures import kernels
 from ffdstudio.meshes.measures.recognise import ramps
 from ffdstudio.meshes.measures.vectors import length
 from ffdstudio.meshes.mesh import Faces, Mesh
-from ffdstudio.meshes.topology import Array, Indices, corners
+from ffdstudio.meshes.topology import corners
 
 OPEN = ("far", "sym", "inlet", "outlet", "inflow", "outflow", "empty", "period", "cyclic")
 OPEN_KINDS = ("patch", "wedge", "processor")
@@ -75,4 +76,5 @@ def _on_walls(mesh: Mesh, names: tuple[str, ...], faces: Faces) -> Indices:
     boundary = np.flatnonzero(faces.neighbour < 0)
     loops = (np.sort(faces.nodes[faces.offsets[f] : faces.offsets[f + 1]]) for f in boundary)
     hits = np.fromiter((loop.tobytes() in wanted for loop in loops), bool, len(boundary))
-    return boundary[hits]
+    result: Indices = boundary[hits]
+    return result

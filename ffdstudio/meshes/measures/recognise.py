@@ -9,8 +9,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from ffdstudio.aliases import Indices
 from ffdstudio.meshes.mesh import Faces
-from ffdstudio.meshes.topology import Indices
 
 KINDS = {  # triangles, quads, nodes of the base face, distinct nodes beyond the base
     "tetra": (4, 0, 3, 1),
@@ -101,7 +101,8 @@ def _rebuilt(loops: Indices, base: int, beyond: int) -> tuple[Indices, np.ndarra
 def _closed(nodes: Indices, loops: Indices) -> np.ndarray:
     """Whether every node of every face is one of the cell's nodes."""
     known = (loops[..., None] == nodes[:, None, None, :]).any(axis=-1)
-    return (known | (loops < 0)).all(axis=(1, 2))
+    result: np.ndarray = (known | (loops < 0)).all(axis=(1, 2))
+    return result
 
 
 def trihedra(faces: Faces, chosen: np.ndarray) -> tuple[Indices, Indices]:

@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
+from ffdstudio.aliases import Array, Indices
 from ffdstudio.meshes.measures.incremental import State
 from ffdstudio.meshes.measures.solvers import dual_volumes, wrong_pyramids
 from ffdstudio.meshes.measures.standards import LIMITS, MEASURES, Limit
-from ffdstudio.meshes.topology import Array, Indices
 
 PERCENTILES = (1, 5, 50, 95, 99)
 
@@ -79,11 +79,13 @@ class Report:
         """(cells,) value that grows as a cell gets worse; -inf for cells without the measure."""
         values = self.measures[measure]
         with np.errstate(divide="ignore", invalid="ignore"):
-            bad = {
-                "high": lambda: values,
-                "low": lambda: -values,
-                "both": lambda: np.where(values > 0, np.abs(np.log(values)), np.inf),
-            }[MEASURES[measure].worst]()
+            match MEASURES[measure].worst:
+                case "high":
+                    bad = values
+                case "low":
+                    bad = -values
+                case _:
+                    bad = np.where(values > 0, np.abs(np.log(values)), np.inf)
         return np.where(np.isnan(values), -np.inf, bad)
 
     def worst(self, measure: str, count: int = 5) -> list[Worst]:

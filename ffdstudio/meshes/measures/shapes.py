@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ffdstudio.aliases import Array, Indices
 from ffdstudio.meshes.measures import corner_kernels, kernels
 from ffdstudio.meshes.measures.bezier import HEX_EDGES
 from ffdstudio.meshes.measures.blocks import Block
@@ -19,7 +20,7 @@ from ffdstudio.meshes.measures.corners import jacobians, orientation, signs, uni
 from ffdstudio.meshes.measures.vectors import dot, gathered, length
 from ffdstudio.meshes.measures.work import shared
 from ffdstudio.meshes.mesh import Mesh
-from ffdstudio.meshes.topology import Array, Indices, corners, dimension
+from ffdstudio.meshes.topology import corners, dimension
 
 IDEAL = {  # the Jacobian of unit edges in the ideal cell
     "triangle": np.sqrt(3) / 2,

@@ -10,11 +10,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from ffdstudio.aliases import Array, Indices
 from ffdstudio.meshes.measures.blocks import Block, Blocks
 from ffdstudio.meshes.measures.corners import orientation
 from ffdstudio.meshes.measures.face_measures import Fabric
 from ffdstudio.meshes.measures.vectors import cross, dot, gathered, pieces, triple
-from ffdstudio.meshes.topology import FACES, Array, Indices
+from ffdstudio.meshes.topology import FACES
 
 SMALL = 1.0e-15  # OpenFOAM's SMALL in double precision
 

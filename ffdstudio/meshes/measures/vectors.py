@@ -10,14 +10,15 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from ffdstudio.meshes.topology import Array, Indices
+from ffdstudio.aliases import Array, Indices
 
 PIECE = 4096
 
 
 def dot(a: Array, b: Array) -> Array:
     """Scalar product."""
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+    result: Array = a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+    return result
 
 
 def cross(a: Array, b: Array) -> Array:

@@ -13,6 +13,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ffdstudio.aliases import Array
 from ffdstudio.errors import InputError
 from ffdstudio.meshes.measures.bezier import INSIDE
 from ffdstudio.meshes.measures.blocks import Block, blocks_of
@@ -22,7 +23,6 @@ from ffdstudio.meshes.measures.vectors import cross, dot, gathered, length, piec
 from ffdstudio.meshes.mesh import Mesh
 from ffdstudio.meshes.safety.interior import first_fold
 from ffdstudio.meshes.safety.roots import smallest
-from ffdstudio.meshes.topology import Array
 
 
 def safe_amplitude(mesh: Mesh, displacement: ArrayLike, points: ArrayLike | None = None) -> float:

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ffdstudio.aliases import Array
 from ffdstudio.errors import InputError
 from ffdstudio.meshes.measures.bezier import INSIDE
 from ffdstudio.meshes.measures.blocks import Block, blocks_of
@@ -27,7 +28,6 @@ from ffdstudio.meshes.safety.halfspaces import Region, corner_halfspaces
 from ffdstudio.meshes.safety.interior import first_fold
 from ffdstudio.meshes.safety.interior_candidates import Tender
 from ffdstudio.meshes.safety.limits import INVERSION, Limits, Stop
-from ffdstudio.meshes.topology import Array
 
 if TYPE_CHECKING:
     from ffdstudio.meshes.safety.solver_limits import Strained

@@ -12,10 +12,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from ffdstudio.aliases import Array, Indices
 from ffdstudio.meshes.measures.blocks import Block
 from ffdstudio.meshes.measures.corners import edges, unit
 from ffdstudio.meshes.measures.vectors import cross, dot, gathered, pieces
-from ffdstudio.meshes.topology import Array, Indices
 
 ROUGH, FINE = 12, 64  # directions whose extreme points make the polytopes, tried in turn
 SLICE = 2048  # vectors compared at once: with the facets they fit the cache

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ffdstudio.aliases import Array
 from ffdstudio.meshes.measures.bezier import (
     folded,
     halves,
@@ -20,7 +21,6 @@ from ffdstudio.meshes.measures.bezier import (
 )
 from ffdstudio.meshes.measures.blocks import Block
 from ffdstudio.meshes.measures.vectors import gathered, length, pieces, triple
-from ffdstudio.meshes.topology import Array
 
 CUBIC = (
     np.array(  # values at 0, 1/3, 2/3, 1 -> Bezier coefficients

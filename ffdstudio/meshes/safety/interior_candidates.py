@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from ffdstudio.aliases import Array
 from ffdstudio.meshes.measures.bezier import folded, hex_coefficients, wedge_coefficients
 from ffdstudio.meshes.measures.blocks import Block
 from ffdstudio.meshes.measures.vectors import gathered, pieces
 from ffdstudio.meshes.safety.halfspaces import Region
-from ffdstudio.meshes.topology import Array
 
 
 class Tender:

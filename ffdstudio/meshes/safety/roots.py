@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ffdstudio.meshes.topology import Array
+from ffdstudio.aliases import Array
 
 STEPS = 80
 

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ffdstudio.aliases import Array, Indices
 from ffdstudio.errors import InputError
 from ffdstudio.meshes.measures.evaluate import state_of
 from ffdstudio.meshes.measures.face_measures import Fabric
@@ -20,7 +21,6 @@ from ffdstudio.meshes.measures.vectors import length
 from ffdstudio.meshes.mesh import Faces, Mesh
 from ffdstudio.meshes.safety.halfspaces import Region
 from ffdstudio.meshes.safety.limits import Limits, Stop
-from ffdstudio.meshes.topology import Array, Indices
 
 CANDIDATES = 300  # cells followed for each reason
 STEPS, HALVINGS = 8, 16

@@ -12,11 +12,9 @@ from enum import StrEnum
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ffdstudio.aliases import Array
 from ffdstudio.errors import InputError
-
-Array = NDArray[np.float64]
 
 
 class Relation(StrEnum):

@@ -6,7 +6,8 @@ from typing import Annotated
 
 import numpy as np
 
-from ffdstudio.optimize.constraints.base import Array, Quantity, Values
+from ffdstudio.aliases import Array
+from ffdstudio.optimize.constraints.base import Quantity, Values
 from ffdstudio.optimize.flow.panel import flow_about
 from ffdstudio.optimize.geometry.shapes import Shape
 from ffdstudio.optimize.spec.fields import Angle, says

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ffdstudio.optimize.constraints.base import Array, Quantity, Values
+from ffdstudio.aliases import Array
+from ffdstudio.optimize.constraints.base import Quantity, Values
 from ffdstudio.optimize.geometry.shapes import Shape
 from ffdstudio.optimize.spec.limits import ConstraintSpec
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ffdstudio.optimize.constraints.base import Array, Quantity, Values, measured
+from ffdstudio.aliases import Array
+from ffdstudio.optimize.constraints.base import Quantity, Values, measured
 from ffdstudio.optimize.geometry.chord import Chord
 
 

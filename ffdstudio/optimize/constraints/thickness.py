@@ -7,8 +7,9 @@ from typing import Annotated, Any
 import numpy as np
 from msgspec import Meta
 
+from ffdstudio.aliases import Array
 from ffdstudio.errors import InputError
-from ffdstudio.optimize.constraints.base import Array, Quantity, Values
+from ffdstudio.optimize.constraints.base import Quantity, Values
 from ffdstudio.optimize.geometry.shapes import Shape
 from ffdstudio.optimize.spec.fields import says
 from ffdstudio.optimize.spec.limits import ConstraintSpec

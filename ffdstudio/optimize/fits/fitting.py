@@ -8,19 +8,17 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ffdstudio.errors import InputError
 from ffdstudio.meshes.airfoil import split_element
+from ffdstudio.optimize.budget import Budget
 from ffdstudio.optimize.fits.result import FitResult, result_of
 from ffdstudio.optimize.fits.task import FitTask, section_task, surface_of, surface_task
 from ffdstudio.optimize.geometry.sections import POINTS_PER_VARIABLE
 from ffdstudio.optimize.refine.choice import Refinement
-from ffdstudio.optimize.runs.solver import Budget
 from ffdstudio.optimize.runs.study import Listener, Study
 from ffdstudio.optimize.variables.rules import AXES
 
-Array = NDArray[np.float64]
 RELOCATE_UP_TO = 48  # variables: beyond, moving knots costs more than the whole fit
 NOTHING = 1e-8  # of the extent: two splines through one section differ by so much
 KULFAN = 4e-4  # the smallest unit of the norm "max"

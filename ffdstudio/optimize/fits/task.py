@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ffdstudio.aliases import Array
 from ffdstudio.engine import Lattice, embed
 from ffdstudio.engine.embedding import Embedding
 from ffdstudio.engine.jacobians import jacobian
@@ -29,7 +30,6 @@ from ffdstudio.optimize.variables.metrics import Surface
 from ffdstudio.optimize.variables.rules import AXES, Rules
 from ffdstudio.optimize.variables.space import Insertion
 
-Array = NDArray[np.float64]
 MARGIN = 0.01  # of the chord: the lattice ends a little beyond nose and trailing edge
 
 
@@ -74,7 +74,8 @@ class FitTask:
         """Judged points under a current lattice."""
         step = (current.control_points - self.rest_of(current).control_points).reshape(-1, 3)
         shares = jacobian(current, self.judged.parameters, self.judged.inside)
-        return self.judged.points + shares @ step
+        result: Array = self.judged.points + shares @ step
+        return result
 
     def errors(self, current: Lattice) -> Array:
         """Signed orthogonal errors at the judged points."""

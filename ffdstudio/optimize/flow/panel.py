@@ -27,9 +27,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ffdstudio.aliases import Array
 from ffdstudio.errors import InputError
 
-Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 REMEMBERED = 4  # contours
 
@@ -110,7 +110,8 @@ class PanelFlow:
     @property
     def pressure(self) -> Array:
         """(angles, n) pressure coefficient at the panel middles."""
-        return 1.0 - self.speed**2
+        result: Array = 1.0 - self.speed**2
+        return result
 
     def lift(self) -> Array:
         """(angles,) lift coefficient from the pressures, chord 1."""
@@ -118,10 +119,13 @@ class PanelFlow:
 
     def moment(self, about: float = 0.25) -> Array:
         """(angles,) pitching moment about (about, 0), nose-up positive, chord 1."""
-        return -(self.pressure * ((self.middles - about).conj() * 1j * self.delta).imag).sum(axis=1)
+        arms = ((self.middles - about).conj() * 1j * self.delta).imag
+        result: Array = -(self.pressure * arms).sum(axis=1)
+        return result
 
     def _turned_force(self) -> Complex:
-        return 1j * (self.pressure * self.delta).sum(axis=1)
+        result: Complex = 1j * (self.pressure * self.delta).sum(axis=1)
+        return result
 
     # ---- derivatives ----------------------------------------------------------------------
 

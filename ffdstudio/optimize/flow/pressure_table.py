@@ -13,13 +13,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ffdstudio.aliases import Array, Mask
 from ffdstudio.errors import InputError
 from ffdstudio.files import read_bytes
 
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 SIDES = {"upper": True, "lower": False}
 FORE, AFT = 0.05, 0.95  # how far a side has to reach, for its ends are held
 

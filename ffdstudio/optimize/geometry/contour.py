@@ -14,12 +14,11 @@ from __future__ import annotations
 from typing import Any, NamedTuple, Self
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from ffdstudio.aliases import Array, Mask
 from ffdstudio.errors import InputError
 
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 OVERLAP = 3e-4  # of the length: how far a surface reaches around the nose; with 1e-2 points of one
 # side settle on the other where the nose is sharp (AG35)
 
@@ -87,9 +86,10 @@ class Contour:
     def _dense(self, start: float, end: float) -> Array:
         inner = self.spline.x[(self.spline.x > start) & (self.spline.x < end)]
         ends = np.concatenate([[start], inner, [end]])
-        return np.interp(
+        result: Array = np.interp(
             np.linspace(0, len(ends) - 1, 12 * (len(ends) - 1) + 1), range(len(ends)), ends
         )
+        return result
 
     @classmethod
     def through(cls, points: ArrayLike) -> Self:
@@ -124,7 +124,8 @@ class Contour:
             if np.abs(new - s).max() <= 1e-15 * self.length:
                 break
             s = new
-        return new
+        result: Array = new
+        return result
 
     def _footpoints(self, xy: Array, s: Array) -> Footpoints:
         tangent = self.spline(s, 1)
@@ -212,7 +213,8 @@ def _checked(points: ArrayLike) -> Array:
     nose = int(np.argmin(xy[:, 0]))
     if nose in (0, len(xy) - 1):
         raise InputError("a contour must run from the trailing edge over the nose and back")
-    return xy
+    result: Array = xy
+    return result
 
 
 def _least_x(spline: Any, s: Array, xy: Array) -> float:

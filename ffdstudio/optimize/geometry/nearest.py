@@ -12,9 +12,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ffdstudio.aliases import Array
 from ffdstudio.errors import InputError
-
-Array = NDArray[np.float64]
 
 
 class Triangles:
@@ -108,7 +107,8 @@ def closest(p: Array, corner: Array) -> Array:
 
 
 def _dot(a: Array, b: Array) -> Array:
-    return np.einsum("...i,...i->...", a, b)
+    result: Array = np.einsum("...i,...i->...", a, b)
+    return result
 
 
 def _ratio(a: Array, b: Array) -> Array:

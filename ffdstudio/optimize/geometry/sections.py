@@ -18,13 +18,12 @@ from itertools import pairwise
 from typing import Self
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ffdstudio.aliases import Array, Mask
 from ffdstudio.errors import InputError
 from ffdstudio.meshes.airfoil import naca4, read_airfoil
-from ffdstudio.optimize.geometry.contour import Contour, Mask, cosine_abscissae, upper_side
+from ffdstudio.optimize.geometry.contour import Contour, cosine_abscissae, upper_side
 
-Array = NDArray[np.float64]
 FIT_POINTS, DENSE_POINTS = 301, 2001
 POINTS_PER_VARIABLE = 4  # fewer, and a fit oscillates between its points
 BASE, TURN = 0.05, 0.5  # half a base at most, of the chord; cosine of the turn at its corner

@@ -9,14 +9,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ffdstudio.aliases import Array
 from ffdstudio.errors import InputError
 from ffdstudio.meshes import Mesh, read_mesh
 from ffdstudio.meshes.airfoil import split_element
 from ffdstudio.optimize.geometry.chord import Chord
 from ffdstudio.optimize.geometry.sections import is_naca, opened, sampled
 from ffdstudio.optimize.variables.metrics import Surface
-
-Array = NDArray[np.float64]
 
 
 @dataclass

@@ -9,8 +9,9 @@ from ffdstudio.optimize.spec.fields import Positive, says
 from ffdstudio.optimize.spec.rows import Row
 
 if TYPE_CHECKING:
+    from ffdstudio.aliases import Array
     from ffdstudio.optimize.ending import Ending
-    from ffdstudio.optimize.methods.problem import Array, Memory, Problem
+    from ffdstudio.optimize.methods.problem import Memory, Problem
 
 
 class Trigger(NamedTuple):

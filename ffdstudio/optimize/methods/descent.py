@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from ffdstudio.aliases import Array
 from ffdstudio.optimize.ending import CONVERGED, Ending
 from ffdstudio.optimize.methods.base import MethodSpec
 from ffdstudio.optimize.methods.line_search import search
-from ffdstudio.optimize.methods.problem import Array, Memory, Problem, Trial, ended
+from ffdstudio.optimize.methods.problem import Memory, Problem, Trial, ended
 
 DEPTH = 40  # pairs
 STILL = 1e-9  # of the cost or its decrease so far: an iteration that gains less is the last

@@ -18,9 +18,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ffdstudio.aliases import Array
 from ffdstudio.optimize.ending import CONVERGED, STALLED, Ending
 from ffdstudio.optimize.methods.base import MethodSpec, Trigger
-from ffdstudio.optimize.methods.problem import Array, Memory, Problem, Trial
+from ffdstudio.optimize.methods.problem import Memory, Problem, Trial
 from ffdstudio.optimize.methods.problem import parts as linear
 
 RANK = 1e-6

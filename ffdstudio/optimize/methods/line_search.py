@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 
-from ffdstudio.optimize.methods.problem import Array, Problem, Trial
+from ffdstudio.aliases import Array
+from ffdstudio.optimize.methods.problem import Problem, Trial
 
 SUFFICIENT = 1e-4
 

@@ -7,9 +7,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from ffdstudio.aliases import Array
 from ffdstudio.optimize.ending import CONVERGED, STALLED, Ending
 from ffdstudio.optimize.methods.base import MethodSpec, Trigger
-from ffdstudio.optimize.methods.problem import Array, Memory, Problem, Trial, parts
+from ffdstudio.optimize.methods.problem import Memory, Problem, Trial, parts
 
 SMALL = 1e-4  # a share of the largest residual that is not worth another step
 ROUNDING = 1e-12  # the same of the first one: the residuals mean nothing any more

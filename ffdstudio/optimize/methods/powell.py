@@ -13,9 +13,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from ffdstudio.aliases import Array
 from ffdstudio.optimize.ending import CONVERGED, Ending
 from ffdstudio.optimize.methods.base import MethodSpec, Trigger
-from ffdstudio.optimize.methods.problem import Array, Memory, Problem, Trial
+from ffdstudio.optimize.methods.problem import Memory, Problem, Trial
 
 SHORTENED = 8  # times that a step is cut where the cost is no number
 SEEN = 1e-9  # of the cost: changes that rounding does not hide

@@ -6,12 +6,10 @@ from dataclasses import dataclass, field
 from typing import Any, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ffdstudio.aliases import Array
 from ffdstudio.errors import InputError
 from ffdstudio.optimize.ending import CONVERGED, STALLED, Ending
-
-Array = NDArray[np.float64]
 
 SMALL = 1e-4  # of the steepest gradient
 ROUNDING = 1e-12  # of the cost: its values are no more exact

@@ -18,10 +18,11 @@ from typing import Any
 
 import numpy as np
 
+from ffdstudio.aliases import Array
 from ffdstudio.optimize.constraints.base import Relation
 from ffdstudio.optimize.ending import CONVERGED, Ending, Reason
 from ffdstudio.optimize.methods.base import MethodSpec, Trigger
-from ffdstudio.optimize.methods.problem import Array, Memory, Problem, Trial
+from ffdstudio.optimize.methods.problem import Memory, Problem, Trial
 
 PATIENCE, STILL = 6, 1e-7
 MUCH = 1e6

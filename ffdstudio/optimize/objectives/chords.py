@@ -7,8 +7,9 @@ from concurrent.futures import Future
 from contextlib import contextmanager
 from dataclasses import replace
 
+from ffdstudio.aliases import Array
 from ffdstudio.optimize.geometry.chord import Chord
-from ffdstudio.optimize.objectives.base import Array, Evaluation, Objective, Request, Start
+from ffdstudio.optimize.objectives.base import Evaluation, Objective, Request, Start
 from ffdstudio.optimize.objectives.stream import then
 
 

@@ -5,12 +5,13 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from ffdstudio.aliases import Array, Mask
 from ffdstudio.errors import InputError
-from ffdstudio.optimize.geometry.contour import Contour, Mask
+from ffdstudio.optimize.geometry.contour import Contour
 from ffdstudio.optimize.geometry.nearest import Triangles
-from ffdstudio.optimize.objectives.base import Abilities, Array, Evaluation, Objective, Request
+from ffdstudio.optimize.objectives.base import Abilities, Evaluation, Objective, Request
 
 
 class ContourDistance(Objective):
@@ -120,7 +121,7 @@ def _half_mean_square(distance: Array, direction: Array) -> Evaluation:
     )
 
 
-def _by_points(rows: NDArray[np.float64]) -> Any:
+def _by_points(rows: Array) -> Any:
     """Sparse (n, 3 n): row k has the three entries of point k."""
     from scipy.sparse import csr_array
 

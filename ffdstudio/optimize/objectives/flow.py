@@ -7,9 +7,10 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ffdstudio.aliases import Array
 from ffdstudio.errors import InputError
 from ffdstudio.optimize.flow.panel import PanelFlow, flow_about
-from ffdstudio.optimize.objectives.base import Abilities, Array, Evaluation, Objective, Request
+from ffdstudio.optimize.objectives.base import Abilities, Evaluation, Objective, Request
 
 
 class FlowTarget(Objective):
@@ -110,7 +111,8 @@ class FlowTarget(Objective):
             raise InputError(
                 f"the target pressures are {self.pressure.shape}, the flow's {flow.pressure.shape}"
             )
-        return flow.pressure - self.pressure
+        result: Array | None = flow.pressure - self.pressure
+        return result
 
     def pressures(self, points: Array) -> Mapping[str, Mapping[str, tuple[Array, Array]]]:
         """See `Objective`: the curve of the shape, and the target if there is one."""

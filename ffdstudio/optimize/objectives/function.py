@@ -12,15 +12,9 @@ from typing import Any
 
 import numpy as np
 
+from ffdstudio.aliases import Array
 from ffdstudio.errors import InputError
-from ffdstudio.optimize.objectives.base import (
-    Abilities,
-    Array,
-    Evaluation,
-    Objective,
-    Request,
-    Start,
-)
+from ffdstudio.optimize.objectives.base import Abilities, Evaluation, Objective, Request, Start
 from ffdstudio.optimize.objectives.failures import EvaluationError, NotFinite
 from ffdstudio.optimize.objectives.stream import evaluated
 
@@ -78,7 +72,8 @@ def named(name: str) -> Callable[[Array], Any]:
         raise InputError(f"cannot import the function {name}: {error}") from error
     if not callable(function):
         raise InputError(f'{name!r} must read "module:function"')
-    return function
+    result: Callable[[Array], Any] = function
+    return result
 
 
 def _call(function: Callable[[Array], Any], points: Array) -> Any:

@@ -26,16 +26,10 @@ from typing import Any
 
 import numpy as np
 
+from ffdstudio.aliases import Array
 from ffdstudio.errors import InputError
 from ffdstudio.files import read_bytes, write_bytes
-from ffdstudio.optimize.objectives.base import (
-    Abilities,
-    Array,
-    Evaluation,
-    Objective,
-    Request,
-    Start,
-)
+from ffdstudio.optimize.objectives.base import Abilities, Evaluation, Objective, Request, Start
 from ffdstudio.optimize.objectives.failures import EvaluationError
 from ffdstudio.optimize.objectives.process import run_program
 

@@ -13,15 +13,10 @@ from typing import Any
 
 import numpy as np
 
+from ffdstudio.aliases import Array
 from ffdstudio.errors import InputError
 from ffdstudio.files import read_bytes, write_bytes
-from ffdstudio.optimize.objectives.base import (
-    Array,
-    Evaluation,
-    Objective,
-    Request,
-    Start,
-)
+from ffdstudio.optimize.objectives.base import Evaluation, Objective, Request, Start
 from ffdstudio.optimize.objectives.stream import then
 
 

@@ -12,15 +12,13 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ffdstudio.aliases import Array
 from ffdstudio.engine.basis import basis
 from ffdstudio.engine.evaluate import support
 from ffdstudio.optimize.variables.level import Level
 from ffdstudio.optimize.variables.rows import free_lines
 from ffdstudio.optimize.variables.space import DesignSpace, Insertion, new_function
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -6,8 +6,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ffdstudio.aliases import Array
 from ffdstudio.errors import InputError
 from ffdstudio.optimize.catalog.indicators import indicator_named
 from ffdstudio.optimize.methods.problem import reference_decrease
@@ -16,8 +16,6 @@ from ffdstudio.optimize.refine.indicators import GainState
 from ffdstudio.optimize.refine.sensitivity import Sensitivity
 from ffdstudio.optimize.variables.level import Level
 from ffdstudio.optimize.variables.space import Insertion
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -8,15 +8,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import numpy as np
-from numpy.typing import NDArray
-
+from ffdstudio.aliases import Array
 from ffdstudio.optimize.refine.relocate import nearest_level, with_knots
 from ffdstudio.optimize.refine.sensitivity import Sensitivity, Wanted
 from ffdstudio.optimize.variables.level import Level
 from ffdstudio.optimize.variables.space import DesignSpace, Insertion
-
-Array = NDArray[np.float64]
 
 
 def coarsened(

@@ -23,11 +23,10 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from ffdstudio.aliases import Array
 from ffdstudio.optimize.refine.candidates import Candidate, own_knots
 from ffdstudio.optimize.refine.sensitivity import Sensitivity
 from ffdstudio.optimize.variables.level import Level
-
-Array = NDArray[np.float64]
 
 
 class GainState:
@@ -90,7 +89,8 @@ def _in_span(level: Level, candidate: Candidate) -> NDArray[np.bool_]:
     ends = np.unique(own_knots(level.space, new.axis, new.line))
     k = int(np.searchsorted(ends, new.knot))
     u = level.parameters[:, new.axis]
-    return (u >= ends[k - 1]) & (u <= ends[k])
+    result: NDArray[np.bool_] = (u >= ends[k - 1]) & (u <= ends[k])
+    return result
 
 
 @dataclass(frozen=True)

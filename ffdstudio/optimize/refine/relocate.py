@@ -11,8 +11,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ffdstudio.aliases import Array
 from ffdstudio.engine import Lattice
 from ffdstudio.optimize.refine.candidates import Guards, beside, blocks_of, candidates
 from ffdstudio.optimize.refine.indicators import GainState
@@ -20,8 +20,6 @@ from ffdstudio.optimize.refine.sensitivity import Sensitivity, Wanted
 from ffdstudio.optimize.variables.level import Level
 from ffdstudio.optimize.variables.rows import row_basis
 from ffdstudio.optimize.variables.space import DesignSpace, Insertion
-
-Array = NDArray[np.float64]
 
 
 def relocated(

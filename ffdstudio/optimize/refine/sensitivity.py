@@ -13,14 +13,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, Protocol
 
-import numpy as np
-from numpy.typing import NDArray
-
+from ffdstudio.aliases import Array
 from ffdstudio.errors import InputError
 from ffdstudio.optimize.variables.level import Level
 from ffdstudio.optimize.variables.metrics import Whitening
-
-Array = NDArray[np.float64]
 
 
 class Sensitivity(Protocol):
@@ -61,14 +57,16 @@ class Adjoint:
 
     def measure(self, functions: Array) -> Array:
         """Functions times the factor of the metric."""
-        return self.factor @ functions
+        result: Array = self.factor @ functions
+        return result
 
     def wanted(self, displacement: Array) -> Array:
         """Displacement minus the gradient's representative in the metric."""
         from scipy.sparse.linalg import splu
 
         step = splu((self.factor.T @ self.factor).tocsc()).solve(self.surface)
-        return self.factor @ (displacement - step)
+        result: Array = self.factor @ (displacement - step)
+        return result
 
 
 class Residuals:
@@ -82,19 +80,23 @@ class Residuals:
     @property
     def surface(self) -> Array:
         """Gradient of half the sum of squares."""
-        return self.derivatives.T @ self.residuals
+        result: Array = self.derivatives.T @ self.residuals
+        return result
 
     def along(self, functions: Array) -> Array:
         """Changes of the residuals times the residuals."""
-        return self.residuals @ (self.derivatives @ functions)
+        result: Array = self.residuals @ (self.derivatives @ functions)
+        return result
 
     def measure(self, functions: Array) -> Array:
         """Changes of the residuals."""
-        return self.derivatives @ functions
+        result: Array = self.derivatives @ functions
+        return result
 
     def wanted(self, displacement: Array) -> Array:
         """Displacement that would bring the linearised residuals to nothing."""
-        return self.derivatives @ displacement - self.residuals
+        result: Array = self.derivatives @ displacement - self.residuals
+        return result
 
 
 class Differences:
@@ -114,7 +116,8 @@ class Differences:
 
     def measure(self, functions: Array) -> Array:
         """Functions times the factor of the metric."""
-        return self.factor @ functions
+        result: Array = self.factor @ functions
+        return result
 
     def wanted(self, displacement: Array) -> Array:
         """Not to be had from differences."""

@@ -16,14 +16,13 @@ from pathlib import Path
 from typing import Any, BinaryIO
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ffdstudio.aliases import Array
 from ffdstudio.engine import Lattice
 from ffdstudio.errors import InputError
 from ffdstudio.files import read_bytes, write_bytes
 from ffdstudio.optimize.ending import Ending, Reason
 
-Array = NDArray[np.float64]
 LOG = "log.jsonl"
 
 

@@ -14,8 +14,8 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ffdstudio.aliases import Array
 from ffdstudio.engine import Lattice
 from ffdstudio.optimize.budget import BudgetSpent, Counts
 from ffdstudio.optimize.catalog.metrics import metric_named
@@ -42,7 +42,6 @@ from ffdstudio.optimize.variables.weights import first_level
 if TYPE_CHECKING:
     from ffdstudio.optimize.runs.study import Study
 
-Array = NDArray[np.float64]
 Listener = Callable[[Record], None]
 ALLOWED = 1e-6  # violation of a constraint that counts as met at the end
 MET = 1e-8  # violation of a constraint that a coarser lattice may have

@@ -8,8 +8,8 @@ from itertools import islice
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ffdstudio.aliases import Array
 from ffdstudio.optimize.budget import Budget, BudgetSpent, Counts
 from ffdstudio.optimize.constraint_values import Slack, Slacks
 from ffdstudio.optimize.constraints.base import Relation
@@ -26,7 +26,6 @@ from ffdstudio.optimize.variables.level import Level
 if TYPE_CHECKING:
     from ffdstudio.optimize.runs.study import Task
 
-Array = NDArray[np.float64]
 FIRST_MOVE = 0.02  # of the extent: how far a first step may move the surface
 DIFFERENCE = 1e-5  # of the extent: how far a finite difference moves the surface
 ACTIVE = 1e-6  # slack below which an inequality counts as active

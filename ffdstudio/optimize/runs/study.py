@@ -14,6 +14,7 @@ from pathlib import Path
 from ffdstudio.engine import Lattice
 from ffdstudio.engine.embedding import Embedding
 from ffdstudio.errors import InputError
+from ffdstudio.optimize.budget import Budget
 from ffdstudio.optimize.catalog.methods import method_kind
 from ffdstudio.optimize.constraints import Constraint
 from ffdstudio.optimize.control import Control
@@ -22,7 +23,6 @@ from ffdstudio.optimize.objectives.base import Objective
 from ffdstudio.optimize.refine.choice import Refinement
 from ffdstudio.optimize.runs.record import History
 from ffdstudio.optimize.runs.run import Listener, Run
-from ffdstudio.optimize.runs.solver import Budget
 from ffdstudio.optimize.variables.metrics import Surface
 from ffdstudio.optimize.variables.rules import Rules
 from ffdstudio.optimize.variables.space import Insertion

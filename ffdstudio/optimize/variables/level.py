@@ -14,6 +14,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from ffdstudio.aliases import Array
 from ffdstudio.engine import Lattice
 from ffdstudio.engine.embedding import Embedding
 from ffdstudio.engine.jacobians import jacobian
@@ -22,7 +23,6 @@ from ffdstudio.optimize.metrics.h1 import H1
 from ffdstudio.optimize.variables.metrics import Surface, Whitening
 from ffdstudio.optimize.variables.space import DesignSpace, Insertion
 
-Array = NDArray[np.float64]
 CONTROL_SHARE = 0.1  # of the displacements of control points, beside those of the surface
 BENDING = 1e-4  # of second differences across rows: mild enough to leave the errors as they are
 
@@ -107,7 +107,8 @@ class Level:
         if not self.body.metric.plain:
             return self.shapes
         coordinates = np.linalg.lstsq(self.factor @ self.fields, self.white.frame, rcond=None)[0]
-        return self.fields @ coordinates
+        result: Array = self.fields @ coordinates
+        return result
 
     @cached_property
     def displacement_cost(self) -> Array:
@@ -131,7 +132,8 @@ class Level:
         shape = self.space.rest.shape
         moves = (self.space.basis @ self.white.matrix).reshape(*shape, 3, -1)
         bends = np.diff(moves, n=2, axis=1)
-        return np.sqrt(BENDING / len(self.white.matrix)) * bends.reshape(-1, self.size)
+        result: Array = np.sqrt(BENDING / len(self.white.matrix)) * bends.reshape(-1, self.size)
+        return result
 
     def at(self, z: Array) -> Array:
         """(n, 3) points."""

@@ -15,9 +15,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ffdstudio.aliases import Array
 from ffdstudio.errors import InputError
 
-Array = NDArray[np.float64]
 RANK_TOLERANCE = 1e-6
 
 

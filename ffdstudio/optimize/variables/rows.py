@@ -10,14 +10,12 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ffdstudio.aliases import Array
 from ffdstudio.engine import Lattice
 from ffdstudio.engine.transfer import insertion
 from ffdstudio.errors import InputError
 from ffdstudio.optimize.variables.rules import Rules
-
-Array = NDArray[np.float64]
 
 
 def row_basis(rest: Lattice, rules: Rules, axis: int, own: tuple[Array, ...]) -> Any:

@@ -8,10 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ffdstudio.aliases import Mask
 from ffdstudio.errors import InputError
 
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 Vector = tuple[float, float, float]
 AXES: dict[str, Vector] = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 

@@ -16,15 +16,14 @@ from dataclasses import dataclass, field, replace
 from typing import Any, Self
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from ffdstudio.aliases import Array, Mask
 from ffdstudio.engine import Lattice
 from ffdstudio.engine.transfer import insertion
 from ffdstudio.errors import InputError
 from ffdstudio.optimize.variables.rows import row_basis, row_carry
-from ffdstudio.optimize.variables.rules import Mask, Rules
-
-Array = NDArray[np.float64]
+from ffdstudio.optimize.variables.rules import Rules
 
 
 @dataclass(frozen=True)

@@ -16,13 +16,12 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ffdstudio.aliases import Array
 from ffdstudio.engine import Lattice
 from ffdstudio.errors import InputError
 from ffdstudio.optimize.variables.level import Body, Level
 from ffdstudio.optimize.variables.rules import Rules
 from ffdstudio.optimize.variables.space import DesignSpace, Insertion
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,9 +11,9 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 from psygnal import Signal
 
+from ffdstudio.aliases import Array, Indices
 from ffdstudio.errors import InputError
 from ffdstudio.meshes import Mesh
 from ffdstudio.meshes.measures import LIMITS, MEASURES, Limit
@@ -25,8 +25,6 @@ if TYPE_CHECKING:
     from ffdstudio.meshes.measures.report import Report, Statistics, Worst
     from ffdstudio.project.document import Document
 
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 BINS = 40
 WORST = 20
 BOUNDED = ("skewness", "scaled_jacobian", "orthogonal_quality")  # to 1: no powers of ten

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+from ffdstudio.aliases import Array
 from ffdstudio.engine import Lattice
 from ffdstudio.meshes import Mesh
 from ffdstudio.meshes.boundary_checks import broken
 from ffdstudio.meshes.planes import planes_of
-from ffdstudio.meshes.topology import Array
 from ffdstudio.project.checks.freezing import face_names, torn_faces
 from ffdstudio.project.plane_constraints import leaving
 

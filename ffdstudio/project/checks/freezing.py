@@ -13,12 +13,12 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from ffdstudio.aliases import Array
 from ffdstudio.engine import Lattice
 from ffdstudio.engine.frozen import leaves_some
 from ffdstudio.meshes import Mesh
 from ffdstudio.meshes.measures.blocks import blocks_of
 
-Array = NDArray[np.float64]
 Face = tuple[int, int]  # direction, and 0 for its beginning or 1 for its end
 SLACK = 1e-9  # of the diagonal: what is nearer to a face than that lies on it
 ENOUGH = 300_000  # cells looked at; of more, every so many

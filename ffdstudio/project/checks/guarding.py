@@ -15,9 +15,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 from psygnal import Signal
 
+from ffdstudio.aliases import Array
 from ffdstudio.errors import InputError
 from ffdstudio.meshes.safety.limits import PRESETS, Stop
 from ffdstudio.project.model import Index, LatticeItem, Model
@@ -28,7 +28,6 @@ if TYPE_CHECKING:
     from ffdstudio.meshes.safety.guard import Guard
     from ffdstudio.project.document import Document
 
-Array = NDArray[np.float64]
 MODES = ("stop", "warn", "free")
 MARGIN = 1e-3  # a drag that is stopped ends this fraction before the limit
 NOWHERE = Stop(np.inf)

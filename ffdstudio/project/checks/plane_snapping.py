@@ -9,13 +9,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ffdstudio.aliases import Array
 from ffdstudio.engine.boxes import Frame
 from ffdstudio.meshes.planes import Plane
 from ffdstudio.project.checks.freezing import Face, face_names
 
-Array = NDArray[np.float64]
 SLACK = 1e-9  # of the box's diagonal
 STRAIGHT = 1e-9  # of a right angle between a direction of the lattice and a plane
 

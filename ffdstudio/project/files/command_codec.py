@@ -46,7 +46,8 @@ def to_command(words: dict[str, Any]) -> Command:
     if not isinstance(verb, str) or verb not in COMMANDS:
         raise InputError(f"{verb!r} is no command")
     rest = {key: value for key, value in words.items() if key != "do"}
-    return _fields_in(COMMANDS[verb], rest, verb)
+    result: Command = _fields_in(COMMANDS[verb], rest, verb)
+    return result
 
 
 def _said(command: type[Command] | Command) -> list[Field[Any]]:

@@ -15,6 +15,7 @@ import os
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from ffdstudio.aliases import PathLike
 from ffdstudio.errors import InputError
 from ffdstudio.exchange import LatticeFile, read_lattice_file, write_lattice
 from ffdstudio.project.commands import AddLattice
@@ -30,7 +31,6 @@ if TYPE_CHECKING:
     from ffdstudio.project.document import Document
     from ffdstudio.project.files.recovery import Left
 
-PathLike = str | os.PathLike[str]
 OPENING = "opening"  # the line of work that arrives in the order in which it was asked for
 
 

@@ -103,7 +103,8 @@ def _objects(manifest: dict[str, Any], key: str, name: str) -> list[dict[str, An
     names = [field(item, "name", str, name) for item in items]
     if len(set(names)) < len(names):
         raise InputError(f'{name}: two of its "{key}" have the same name')
-    return items
+    result: list[dict[str, Any]] = items
+    return result
 
 
 def _body_out(

@@ -16,11 +16,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from ffdstudio.aliases import Array
 from ffdstudio.project.view.camera import Camera, Ray, facing
 
-Array = NDArray[np.float64]
 Pixel = tuple[float, float]
 
 ALONG_VIEW = np.cos(np.radians(5.0))
@@ -107,7 +107,8 @@ def snap_step(camera: Camera, anchor: ArrayLike) -> float:
     """Length to snap to: 1, 2 or 5 times a power of ten, at least some pixels wide."""
     least = SNAP_PIXELS * camera.pixel_size(anchor)
     power = 10.0 ** float(np.floor(np.log10(least)))
-    return next(n * power for n in (1, 2, 5, 10) if n * power >= least)
+    result: float = next(n * power for n in (1, 2, 5, 10) if n * power >= least)
+    return result
 
 
 def _free(camera: Camera, ray: Ray, start: Array) -> Array:
@@ -128,7 +129,8 @@ def _on_axis(camera: Camera, ray: Ray, start: Array, axis: Array, up: float) -> 
     if abs(view @ axis) > ALONG_VIEW:
         return up * camera.pixel_size(start) * axis
     limit = FAR * float(np.linalg.norm(start - ray.origin))
-    return np.clip(_nearest(ray, start, axis), -limit, limit) * axis
+    result: Array = np.clip(_nearest(ray, start, axis), -limit, limit) * axis
+    return result
 
 
 def _nearest(ray: Ray, start: Array, axis: Array) -> float:
@@ -147,7 +149,8 @@ def _snapped(move: Array, lock: Lock | None, step: float) -> Array:
         return np.round(move / step) * step
     if not lock.plane:
         axis = np.array(lock.direction)
-        return np.round(move @ axis / step) * step * axis
+        result: Array = np.round(move @ axis / step) * step * axis
+        return result
     basis = _basis(np.array(lock.direction))
     return np.round(basis @ move / step) * step @ basis
 

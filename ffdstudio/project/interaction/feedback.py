@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ffdstudio.aliases import Array
 from ffdstudio.project.interaction.dragging import Lock
 from ffdstudio.project.view.camera import Camera
 
@@ -44,7 +44,7 @@ class Feedback:
     text: str = ""
     at: tuple[float, float] = (0.0, 0.0)
     band: tuple[float, float, float, float] | None = None
-    anchor: NDArray[np.float64] | None = None
+    anchor: Array | None = None
     lock: Lock | None = None
     radius: float = 0.0
     verdict: Verdict | None = None
@@ -53,14 +53,14 @@ class Feedback:
 NOTHING = Feedback()
 
 
-def weight_handle(camera: Camera, point: NDArray[np.float64], weight: float) -> tuple[float, float]:
+def weight_handle(camera: Camera, point: Array, weight: float) -> tuple[float, float]:
     """Pixel of the handle of a control point's weight: above it, higher for more weight."""
     x, y = camera.project(point)[0]
     stem = np.clip(STEM + OCTAVE * np.log2(weight), SHORTEST, LONGEST)
     return float(x), float(y - stem)
 
 
-def vector_text(vector: NDArray[np.float64], lock: Lock | None) -> str:
+def vector_text(vector: Array, lock: Lock | None) -> str:
     """Read-out of a displacement."""
     size = float(np.linalg.norm(vector))
     clean = np.where(np.abs(vector) < NOISE * size, 0.0, vector)

@@ -15,8 +15,8 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ffdstudio.aliases import Array
 from ffdstudio.project.edit import Edit
 from ffdstudio.project.interaction.dragging import Lock, displacement, snap_step
 from ffdstudio.project.interaction.events import PointerEvent
@@ -28,7 +28,6 @@ from ffdstudio.project.interaction.transforms import rotation, scaling
 if TYPE_CHECKING:
     from ffdstudio.project.interaction.tools import Tools
 
-Array = NDArray[np.float64]
 Gesture = Generator[None, PointerEvent, None]
 LIGHTEST, HEAVIEST = 1e-3, 1e3
 ANGLE_STEP, SCALE_STEP, WEIGHT_STEP = 5.0, 0.1, 0.1

@@ -8,15 +8,15 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from ffdstudio.aliases import Array
 from ffdstudio.errors import InputError
 from ffdstudio.project.commands.base import numbers
 from ffdstudio.project.document import Document
 from ffdstudio.project.edit import Edit
 from ffdstudio.project.interaction.transforms import Transform
 
-Array = NDArray[np.float64]
 Coordinates = Sequence[float | None]
 
 

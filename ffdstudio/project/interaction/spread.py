@@ -16,9 +16,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ffdstudio.aliases import Array
 from ffdstudio.project.model import Index, LatticeItem
 
-Array = NDArray[np.float64]
 ON_PLANE = 1e-6  # of the diagonal of the net
 
 PROFILES: dict[str, Callable[[Array], Array]] = {
@@ -102,7 +102,8 @@ class Spread:
         self._reflect(move, self._mirrored, about=False)
         if self._plane is not None:
             move[self._on_plane, self._plane.axis] = 0.0
-        return start + self.share[:, None] * move
+        result: Array = start + self.share[:, None] * move
+        return result
 
     def _reflect(self, array: Array, rows: NDArray[np.bool_], about: bool) -> None:
         """Mirror positions, or vectors, in place."""

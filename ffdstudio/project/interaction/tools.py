@@ -10,9 +10,9 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 from psygnal import Signal
 
+from ffdstudio.aliases import Array
 from ffdstudio.project.checks.guarding import DragGuard, Verdict
 from ffdstudio.project.document import Document
 from ffdstudio.project.edit import Edit
@@ -25,7 +25,6 @@ from ffdstudio.project.interaction.picking import in_rectangle, nearest
 from ffdstudio.project.interaction.spread import Mirror, Soft, Spread
 from ffdstudio.project.model import Index, LatticeItem
 
-Array = NDArray[np.float64]
 RADIUS = 10.0  # pixels around a control point or handle that count as on it
 STILL = 3.0  # pixels that a click may move
 FROZEN = "frozen: this point stays (Lattice panel, Frozen layers)"
@@ -311,7 +310,8 @@ def _axis_like(event: PointerEvent, point: Array, arrow: tuple[int, int], but: i
     if but is not None:
         along[but] = 0.0
     best = int(np.argmax(np.abs(along)))
-    return float(np.sign(along[best])) * np.eye(3)[best]
+    result: Array = float(np.sign(along[best])) * np.eye(3)[best]
+    return result
 
 
 def _index(row: int, item: LatticeItem) -> Index:

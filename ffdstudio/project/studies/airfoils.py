@@ -11,12 +11,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ffdstudio.aliases import Array, Indices
 from ffdstudio.meshes import Mesh
 
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 SLENDER = 0.5  # height over length, at most
 BLUNT = 0.02  # of the chord: how far a trailing edge may reach forward
 

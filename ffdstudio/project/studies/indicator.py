@@ -6,13 +6,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ffdstudio.optimize.budget import Counts
 from ffdstudio.optimize.catalog.indicators import indicator_named
 from ffdstudio.optimize.catalog.methods import method_kind
 from ffdstudio.optimize.catalog.metrics import metric_named
 from ffdstudio.optimize.methods.descent import Lbfgs
 from ffdstudio.optimize.refine.candidates import candidates
 from ffdstudio.optimize.refine.choice import Refinement
-from ffdstudio.optimize.runs.solver import Counts, LevelProblem
+from ffdstudio.optimize.runs.solver import LevelProblem
 from ffdstudio.optimize.variables.level import Body as Shape
 from ffdstudio.optimize.variables.level import Level
 from ffdstudio.optimize.variables.space import DesignSpace

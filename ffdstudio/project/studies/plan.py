@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ffdstudio.aliases import Array
 from ffdstudio.errors import InputError
 from ffdstudio.project.commands import CreateBox
 from ffdstudio.project.followers import deformed
@@ -15,9 +15,8 @@ from ffdstudio.project.model import Body, LatticeItem, Model
 from ffdstudio.project.studies.airfoils import Profile, profiles
 
 if TYPE_CHECKING:
-    from ffdstudio.optimize.runs.solver import Budget
+    from ffdstudio.optimize.budget import Budget
 
-Array = NDArray[np.float64]
 PLANE = ("contour", "pressure", "lift")
 OBJECTIVES = (*PLANE, "surface", "program")
 QUANTITIES = ("area", "thickness", "max thickness", "nose radius", "lift", "moment", "volume")
@@ -133,7 +132,7 @@ class Plan:
     @property
     def budget(self) -> Budget:
         """Limits of the study."""
-        from ffdstudio.optimize.runs.solver import Budget
+        from ffdstudio.optimize.budget import Budget
 
         return Budget(self.evaluations, self.iterations, self.tolerance)
 

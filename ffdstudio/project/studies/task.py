@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ffdstudio.aliases import Array
 from ffdstudio.engine import Lattice, embed
 from ffdstudio.engine.embedding import Embedding
 from ffdstudio.errors import InputError
@@ -44,7 +45,6 @@ from ffdstudio.project.commands.iterate import in_space_of
 from ffdstudio.project.model import Body, LatticeItem, Model
 from ffdstudio.project.studies.plan import Limit, Plan, profile_of, start_points
 
-Array = NDArray[np.float64]
 FLOW_POINTS = 161
 UNITS = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 

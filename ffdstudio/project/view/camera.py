@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-Array = NDArray[np.float64]
+from ffdstudio.aliases import Array
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,7 +83,8 @@ class Camera:
     def _unproject(self, x: float, y: float, depth: float) -> Array:
         device = [2 * x / self.width - 1, 1 - 2 * y / self.height, depth, 1.0]
         point = self._inverse @ device
-        return point[:3] / point[3]
+        result: Array = point[:3] / point[3]
+        return result
 
     @property
     def forward(self) -> Array:

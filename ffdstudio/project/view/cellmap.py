@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ffdstudio.aliases import Indices
 from ffdstudio.meshes import Mesh
 from ffdstudio.meshes.measures.blocks import blocks_of
 from ffdstudio.meshes.measures.faces import topology_of
 from ffdstudio.project.view.surface import Surface
 
-Indices = NDArray[np.int64]
 NO_CELL = -1
 
 

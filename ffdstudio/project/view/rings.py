@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from ffdstudio.aliases import Array
 from ffdstudio.engine import Lattice
 from ffdstudio.project.view.surface import Surface
 
-Array = NDArray[np.float64]
 ON_FACE = 1e-9  # of the diagonal: what is nearer to a face than that lies on it
 
 

@@ -5,9 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-Array = NDArray[np.float64]
+from ffdstudio.aliases import Array
+
 WIDE = 500.0  # ratio of the largest to the median value from which powers of ten are used
 
 

@@ -13,13 +13,13 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from ffdstudio.aliases import Array
 from ffdstudio.errors import InputError
 from ffdstudio.optimize.flow.panel import PanelFlow
 from ffdstudio.optimize.geometry.chord import Chord
 from ffdstudio.optimize.geometry.contour import Contour, upper_side
 from ffdstudio.optimize.geometry.sections import is_naca, target_contour
 
-Array = NDArray[np.float64]
 SHOWN_POINTS, FLOW_POINTS = 241, 121
 COMB = 0.25  # of the chord: the longest tooth
 
@@ -142,7 +142,8 @@ def _comb(contour: Contour) -> Array:
     normal = np.column_stack([first[:, 1], -first[:, 0]]) / speed[:, None]
     tooth = np.sign(curvature) * np.sqrt(np.abs(curvature))
     scale = COMB / max(float(np.abs(tooth).max()), 1e-300)
-    return contour.spline(s) + scale * tooth[:, None] * normal
+    result: Array = contour.spline(s) + scale * tooth[:, None] * normal
+    return result
 
 
 def _parameters(contour: Contour) -> Array:

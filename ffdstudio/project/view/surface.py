@@ -14,11 +14,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ffdstudio.aliases import Array, Indices
 from ffdstudio.meshes import Mesh
 from ffdstudio.meshes.topology import corners, dimension
 
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 PROXY_ABOVE = 200_000
 PROXY_POINTS = 40_000
 NO_MARKER = -1
@@ -223,4 +222,5 @@ def _distinct(elements: Indices) -> Indices:
     """Elements whose corners differ, each set of corners once."""
     ordered = np.sort(elements, axis=1)
     proper = elements[(ordered[:, 1:] != ordered[:, :-1]).all(axis=1)]
-    return proper[np.sort(np.unique(_key(proper), return_index=True)[1])]
+    result: Indices = proper[np.sort(np.unique(_key(proper), return_index=True)[1])]
+    return result

@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from ffdstudio.aliases import Array
 from ffdstudio.meshes import Mesh
 from ffdstudio.meshes.boundary_checks import broken
 from ffdstudio.meshes.topology import dimension
-from ffdstudio.project.followers import Array, Follower
+from ffdstudio.project.followers import Follower
 from ffdstudio.project.model import LatticeItem
 from ffdstudio.project.running import Progress, no_progress
 
