@@ -21,6 +21,7 @@ __version__ = "0.1.0"
 
 _ROOM_OF = {
     "Embedding": "engine",
+    "Follower": "meshes",
     "InputError": "errors",
     "Lattice": "engine",
     "Mesh": "meshes",
@@ -35,6 +36,7 @@ _ROOM_OF = {
 }
 __all__ = [
     "Embedding",
+    "Follower",
     "InputError",
     "Lattice",
     "Mesh",

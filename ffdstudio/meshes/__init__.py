@@ -10,12 +10,19 @@ from ffdstudio.meshes.reading import read_mesh
 from ffdstudio.meshes.writing import losses, write_mesh
 
 if TYPE_CHECKING:
+    from ffdstudio.meshes.following import Follower
     from ffdstudio.meshes.measures import inverted, quality
     from ffdstudio.meshes.safety import safe_amplitude
 
-_LATER = {"inverted": "measures", "quality": "measures", "safe_amplitude": "safety"}
+_LATER = {
+    "Follower": "following",
+    "inverted": "measures",
+    "quality": "measures",
+    "safe_amplitude": "safety",
+}
 __all__ = [
     "Faces",
+    "Follower",
     "Mesh",
     "MeshWarning",
     "inverted",

@@ -31,7 +31,7 @@ class Plane:
     Attributes
     ----------
     name, kind : str
-        Of the marker; its kind is "symmetry", "empty" or "wedge".
+        Of the marker; its kind is "symmetry", "empty" or "wedge", or what the file calls it.
     nodes : numpy.ndarray
         (k,) sorted.
     normal : numpy.ndarray
@@ -73,6 +73,27 @@ def planes_of(mesh: Mesh) -> tuple[Plane, ...]:
 def size_of(mesh: Mesh) -> float:
     """Length of the diagonal of the mesh's bounds."""
     return float(np.linalg.norm(np.ptp(mesh.bounds, axis=0)))
+
+
+def plane_through(mesh: Mesh, name: str) -> Plane | None:
+    """Plane that a marker lies in as a whole, whatever the file says of it; None if it is curved.
+
+    Examples
+    --------
+    >>> line = {"line": [[0, 1]]}
+    >>> cells = {"triangle": [[0, 1, 2]]}
+    >>> mesh = Mesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], cells, {"floor": line}, dimension=2)
+    >>> plane_through(mesh, "floor").normal
+    array([0., 1., 0.])
+    """
+    cells = _faces(mesh, mesh.markers[name])
+    if not cells:
+        return None
+    nodes = np.unique(np.concatenate([part.ravel() for part in cells.values()]))
+    fit = _fitted(mesh, nodes)
+    if fit is None or np.abs(mesh.points[nodes] @ fit[0] - fit[1]).max() > GUESSED * size_of(mesh):
+        return None
+    return Plane(name, mesh.kinds.get(name, ""), nodes, *fit)
 
 
 def _planes(mesh: Mesh, name: str) -> list[Plane]:
