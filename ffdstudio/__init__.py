@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from ffdstudio.engine import Embedding, Lattice, embed
     from ffdstudio.errors import InputError
     from ffdstudio.exchange import read_lattice, write_lattice
-    from ffdstudio.meshes import Mesh, quality, read_mesh, write_mesh
+    from ffdstudio.meshes import Follower, Mesh, quality, read_mesh, write_mesh
     from ffdstudio.optimize import fit
     from ffdstudio.project import Project
 

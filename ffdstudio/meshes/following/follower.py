@@ -62,7 +62,7 @@ class Follower:
     >>> step = np.zeros((5, 3))
     >>> step[2, 1] = 0.5
     >>> (follower(step) - mesh.points)[[10, 11, 12, 14], 1].round(2)
-    array([0.5 , 0.3 , 0.13, 0.  ])
+    array([0.5 , 0.32, 0.07, 0.  ])
     """
 
     def __init__(
