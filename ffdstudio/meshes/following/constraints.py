@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from ffdstudio.aliases import Array, Indices
 from ffdstudio.meshes.following.roles import Roles
-from ffdstudio.meshes.topology import Array, Indices
 
 Motion = tuple[Array, Array]  # (3, 3) turn and (3,) shift
 SQUARE = 1e-6  # cosine below which planes count as at right angles

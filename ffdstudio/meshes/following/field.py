@@ -11,9 +11,9 @@ from __future__ import annotations
 import numpy as np
 
 from ffdstudio import threads
+from ffdstudio.aliases import Array, Indices
 from ffdstudio.meshes.following import kernels
 from ffdstudio.meshes.following.tree import runs
-from ffdstudio.meshes.topology import Array, Indices
 
 BOX, CLUSTER = 48, 8  # targets in a box, sources in the smallest cluster
 COARSE, OPENING = 0.8, 0.5  # radius of a cluster over its distance

@@ -9,13 +9,14 @@ from threading import Lock
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ffdstudio.aliases import Array, Indices
 from ffdstudio.errors import InputError
 from ffdstudio.meshes.following.constraints import Constraints
 from ffdstudio.meshes.following.path import Path, count_of
 from ffdstudio.meshes.following.roles import roles_of
 from ffdstudio.meshes.following.stage import Sources, Stage
 from ffdstudio.meshes.mesh import Mesh
-from ffdstudio.meshes.topology import Array, Indices, numbers
+from ffdstudio.meshes.topology import numbers
 
 Told = Callable[[float, str], None]
 MOST = np.radians(60)  # turn of a surface in one step

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ffdstudio.meshes.topology import Array, Indices
+from ffdstudio.aliases import Array, Indices
 
 
 @dataclass(frozen=True, eq=False)

@@ -16,6 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ffdstudio.aliases import Array, Indices
 from ffdstudio.errors import InputError
 from ffdstudio.meshes.measures.blocks import blocks_of
 from ffdstudio.meshes.measures.faces import topology_of
@@ -23,7 +24,7 @@ from ffdstudio.meshes.measures.layers import walls
 from ffdstudio.meshes.mesh import Mesh, boundary_faces
 from ffdstudio.meshes.pairs import Pair, pairs_of
 from ffdstudio.meshes.planes import Plane, plane_through, planes_of
-from ffdstudio.meshes.topology import Array, Indices, corners, dimension
+from ffdstudio.meshes.topology import corners, dimension
 
 SLIDES = 1e-9  # of a displacement: how far out of its plane a flat boundary may be moved to slide
 
@@ -163,7 +164,7 @@ def _bare(mesh: Mesh) -> Indices:
         found.append(nodes[~covered].ravel())
     bare = np.unique(np.concatenate(found))
     _, which, count = np.unique(mesh.points[bare], axis=0, return_inverse=True, return_counts=True)
-    return bare[count[which.ravel()] == 1]
+    return np.asarray(bare[count[which.ravel()] == 1])
 
 
 def _has_faces(mesh: Mesh, name: str) -> bool:

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ffdstudio.meshes.topology import Array, Indices
+from ffdstudio.aliases import Array, Indices
 
 FLAT = 1e-8  # second singular value over the first below which edges lie on one line
 

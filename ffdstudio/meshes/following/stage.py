@@ -6,11 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ffdstudio.aliases import Array, Indices
 from ffdstudio.meshes.following.constraints import Constraints, Motion, images, mirrors
 from ffdstudio.meshes.following.field import Field
 from ffdstudio.meshes.following.roles import Roles
 from ffdstudio.meshes.following.rotations import Edges, Rotations
-from ffdstudio.meshes.topology import Array, Indices
 
 LEAST_AREA = 1e-9  # of the mean area: for nodes of elements without extent
 NEAR = 1 / 3  # of the extent of what moves

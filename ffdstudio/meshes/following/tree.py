@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ffdstudio.meshes.topology import Array, Indices
+from ffdstudio.aliases import Array, Indices
 
 
 class Runs(NamedTuple):
