@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from tests.meshes.cgns_specimens import as_adf, hexa_zone
 from tests.meshes.decks import abaqus_with_blanks, nastran_with_comments, su2_with_boxes
 from tests.meshes.fluent_specimens import fluent_sector
 from tests.meshes.gmsh_specimens import gmsh_40_binary, gmsh_box, gmsh_periodic
@@ -283,6 +284,9 @@ SPECIMENS: dict[str, Callable[[Path], None]] = {
     "double.ply": ply_double,
     "block.obj": obj,
     "plain.cgns": cgns_hdf5,
+    "adf_a.cgns": lambda path: as_adf(path, hexa_zone(), binary=False),
+    "adf_b.cgns": lambda path: as_adf(path, hexa_zone()),
+    "adf_b_big.cgns": lambda path: as_adf(path, hexa_zone(), order=">"),
     "packed.cgns": lambda path: cgns_hdf5(path, chunks=(10,), compression="gzip"),
     "classic.exo": lambda path: exodus(path, format="NETCDF3_CLASSIC"),
     "wide.exo": lambda path: exodus(path, format="NETCDF3_64BIT_DATA"),

@@ -27,12 +27,12 @@ def made(folder, name):
 def test_boundary_conditions_become_markers_with_their_kind(tmp_path, shared):
     mesh = read_mesh(made(tmp_path, "plain.cgns"))
     assert mesh.counts == {"hexahedron": 12}
-    assert mesh.marker_counts == {"hull": 3}
+    assert mesh.marker_counts == {"hull": 3, "Low": 12}
     assert mesh.kinds == {"hull": "wall"}
     assert mesh.markers["hull"]["quad"].tolist() == mesh.cells["hexahedron"][:3, :4].tolist()
     wing = read_mesh(shared / "meshes" / "cgns" / "717_wl_L2.cgns")
-    flat = wing.marker_nodes("domain.00001/BC3")
-    assert wing.kinds["domain.00001/BC3"] == "symmetry"
+    flat = wing.marker_nodes("Sym")
+    assert wing.kinds == {"wall": "wall", "Far": "farfield", "Sym": "symmetry"}
     assert np.ptp(wing.points[flat], axis=0).min() < 1e-9
 
 
@@ -72,9 +72,9 @@ def edited(folder, **children):
 
 def test_a_boundary_of_vertices_gets_the_faces_between_them(tmp_path):
     mesh = read_mesh(edited(tmp_path, PointRange=[[1], [12]], FamilyName=b"/Base/Skin"))
-    assert set(mesh.marker_nodes("hull").tolist()) == set(range(12))
-    assert mesh.marker_counts == {"hull": 6}
-    assert mesh.kinds == {"hull": "wall"}
+    assert set(mesh.marker_nodes("Skin").tolist()) == set(range(12))
+    assert mesh.marker_counts == {"Skin": 6, "Low": 12}
+    assert mesh.kinds == {"Skin": "wall"}
 
 
 def test_a_boundary_of_vertices_without_faces_keeps_the_vertices(tmp_path):
@@ -98,8 +98,10 @@ def test_zones_of_the_same_name_in_two_bases_are_told_apart(tmp_path):
     assert mesh.marker_counts == {
         "Base/Zone": 12,
         "Base/Zone/hull": 3,
+        "Base/Zone/Low": 12,
         "Other/Zone": 12,
         "Other/Zone/hull": 3,
+        "Other/Zone/Low": 12,
     }
     nodes = [mesh.marker_nodes(f"{base}/Zone") for base in ("Base", "Other")]
     assert len(np.intersect1d(*nodes)) == 0

@@ -1,8 +1,9 @@
 """The tree of named nodes that CGNS files are, in ADF and in HDF5, with the places of the data.
 
-1. ADF writes its pointers and sizes as hexadecimal text: a node is a record of 246 bytes, its
-   children a table of names and pointers, its data a block between two marks. So the place of
-   every array is known exactly and nothing has to be searched for.
+1. ADF writes its pointers and sizes as hexadecimal text, from database version B on as binary
+   numbers of the same widths: a node is a record of 246 bytes, its children a table of names
+   and pointers, its data a block between two marks. So the place of every array is known
+   exactly and nothing has to be searched for.
 2. In HDF5 a node is a group and its data the dataset `` data``; where that lies in one piece
    (the rule), its place in the file is known, too. Elsewhere it is written through h5py.
 
@@ -12,6 +13,7 @@ Source: CGNS documentation, "ADF file format" and "SIDS file mapping to HDF5".
 from __future__ import annotations
 
 import io
+import struct
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any
@@ -81,12 +83,31 @@ class Adf:
         if order not in formats:
             raise source.failure("numbers in this file are neither big nor little end first")
         self.order = formats[order]
+        self.is_binary = source.data[4:26] == b"ADF Database Version B"
+        self.pointers = self.order  # byte order of pointers
         self.seen: set[int] = set()
 
     def root(self) -> Node:
         """Read all nodes."""
         at = self.source.data.find(b"AdF4", 96, 200)
+        if self.is_binary:  # in the order of the machine or of the data: the root tells
+            begins = {order: self._binary(at + 4, order) for order in "<>"}
+            fits = [o for o, n in begins.items() if self.source.data[n : n + 4] == b"NoDe"]
+            self.pointers = (fits or [self.order])[0]
         return self._node(self._pointer(at + 4), 0)
+
+    def _binary(self, at: int, order: str) -> int:
+        """Pointer of eight and four bytes: a block, and a place in it."""
+        if at < 0 or at + 12 > len(self.source.data):
+            raise self.source.failure(f"damaged: no pointer at byte {at}")
+        block, offset = struct.unpack_from(f"{order}QI", self.source.data, at)
+        return int(block) * BLOCK + int(offset)
+
+    def _length(self, at: int) -> int:
+        """Length of an array along one direction."""
+        if not self.is_binary:
+            return self._hex(at, 8)
+        return int(struct.unpack_from(f"{self.pointers}Q", self.source.data, at)[0])
 
     def _hex(self, at: int, size: int) -> int:
         text = self.source.data[at : at + size]
@@ -95,6 +116,8 @@ class Adf:
         return int(text, 16)
 
     def _pointer(self, at: int) -> int:
+        if self.is_binary:
+            return self._binary(at, self.pointers)
         return self._hex(at, 8) * BLOCK + self._hex(at + 8, 4)
 
     def _mark(self, at: int, mark: bytes) -> None:
@@ -131,7 +154,7 @@ class Adf:
             return  # MT: without data
         node.dtype = np.dtype(self.order + TYPES[kind] if kind != "C1" else "S1")
         many = self._hex(at + 128, 2)
-        node.dims = tuple(self._hex(at + 130 + 8 * k, 8) for k in range(min(many, 12)))
+        node.dims = tuple(self._length(at + 130 + 8 * k) for k in range(min(many, 12)))
         chunks = self._hex(at + 226, 4)
         if chunks == 0:
             return

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Iterable
 
 import numpy as np
 
 from ffdstudio.aliases import Indices
 from ffdstudio.meshes.formats.cgns_boundaries import Parts, elements, kind_of, patch
+from ffdstudio.meshes.formats.cgns_grids import Grid
 from ffdstudio.meshes.formats.cgns_nodes import Node
 from ffdstudio.meshes.formats.source import Source
 from ffdstudio.meshes.formats.vtkcells import MIDDLE_BEFORE_TOP, block_cells
@@ -41,15 +43,15 @@ TYPES = {  # CGNS's number -> name, number of nodes
 class Zones:
     """What the zones add up to."""
 
-    def __init__(self, source: Source, several: bool) -> None:
+    def __init__(self, source: Source, several: bool, version: float) -> None:
         self.source, self.several = source, several
+        self.shifted = 3.0 <= version < 3.05  # a version of the library with numbers of its own
         self.cells: dict[str, list[Indices]] = {}
         self.markers: Markers = {}
         self.kinds: dict[str, str] = {}
+        self.zones: set[str] = set()
 
-    def add(
-        self, zone: Node, coordinate: Node, first: int, families: dict[str, str], name: str
-    ) -> None:
+    def add(self, zone: Node, grid: Grid, first: int, families: dict[str, str], name: str) -> None:
         """Add the cells and boundaries of a zone whose nodes begin at `first`.
 
         `families` has the kinds of its base's families; `name` is the zone's among several.
@@ -59,10 +61,10 @@ class Zones:
         conditions = [node for group in zone.of("ZoneBC_t") for node in group.of("BC_t")]
         surfaces: dict[str, Cells] = {}
         if kind is not None and kind.text() == "Structured":
-            cells = block_cells(coordinate.dims)
-            found = {node.name: patch(self.source, node, coordinate.dims) for node in conditions}
+            cells = block_cells(grid.dims)
+            found = {node.name: patch(self.source, node, grid.dims) for node in conditions}
         else:
-            count = len(coordinate.values())
+            count = len(grid.kept)
             sections = [(node.name, self._section(node, count)) for node in zone.of("Elements_t")]
             cells, surfaces = _by_dimension(sections)
             parts = [part for _, part in sections]
@@ -72,14 +74,31 @@ class Zones:
             self.cells.setdefault(title, []).append(first + nodes)
         if self.several:
             self.markers[name] = _moved(cells, first)
-        boundaries = {title: cells for title, cells in found.items() if cells} or surfaces
-        self.markers |= {
-            prefix + title: _moved(cells, first) for title, cells in boundaries.items()
-        }
-        kinds = {prefix + node.name: kind_of(node, families) for node in conditions}
-        self.kinds |= {
-            title: kind for title, kind in kinds.items() if kind and title in self.markers
-        }
+            self.zones.add(name)
+        titles = {node.name: self._title(node, families, prefix) for node in conditions}
+        for title, cells in found.items():
+            self._add(titles[title], _moved(cells, first))
+        for title, cells in surfaces.items():
+            if not _covers(found.values(), cells):
+                self._add(prefix + title, _moved(cells, first))
+        for node in conditions:
+            kind_is, title = kind_of(node, families), titles[node.name]
+            if kind_is and title in self.markers:
+                self.kinds.setdefault(title, kind_is)
+
+    def _title(self, node: Node, families: dict[str, str], prefix: str) -> str:
+        """Name of a condition's family, which users know, or its own."""
+        family = next((child.text().rpartition("/")[2] for child in node.of("FamilyName_t")), "")
+        if not family:
+            return prefix + node.name
+        return f"{family} (boundary)" if family in self.zones else family
+
+    def _add(self, title: str, cells: Cells) -> None:
+        """Add to a marker."""
+        if cells:
+            old = self.markers.setdefault(title, {})
+            for name, nodes in cells.items():
+                old[name] = np.concatenate([old[name], nodes]) if name in old else nodes
 
     def _warn_of_missing(self, names: list[str]) -> None:
         if names:
@@ -96,7 +115,7 @@ class Zones:
         if limits is None or nodes is None or len(limits.values()) < 2 or not len(node.values()):
             raise self.source.failure(f"section {node.name} has no range or no nodes")
         begin, end = (int(n) for n in limits.values()[:2])
-        number, flat = int(node.values()[0]), nodes.values().astype(np.int64)
+        number, flat = self._number(int(node.values()[0])), nodes.values().astype(np.int64)
         if number in NGON:
             warnings.warn(
                 f"{self.source.path.name}: cells made of faces are kept but not shown",
@@ -117,8 +136,16 @@ class Zones:
         rows = self._checked(node, flat.reshape(many, size) - 1, count)
         return {name: (rows[:, _order(name)], begin + np.arange(many))}
 
+    def _number(self, number: int) -> int:
+        """Number of an element type: version 3.0 alone put PYRA_13 between others."""
+        if not self.shifted or not 13 <= number <= 21:
+            return number
+        return 21 if number == 13 else number - 1
+
     def _mixed(self, node: Node, flat: Indices, begin: int, many: int, count: int) -> Parts:
         numbers, places, at = flat.tolist(), [], 0
+        if self.shifted:
+            numbers, flat = self._renumbered(node, flat)
         while at < len(numbers):
             if numbers[at] not in TYPES:
                 raise self.source.failure(f"section {node.name} has an element of unknown type")
@@ -135,6 +162,16 @@ class Zones:
             rows = self._checked(node, rows, count)
             found[name] = rows[:, _order(name)], begin + chosen
         return found
+
+    def _renumbered(self, node: Node, flat: Indices) -> tuple[list[int], Indices]:
+        """Elements that state their type, with the numbers of other versions."""
+        numbers, at = flat.tolist(), 0
+        while at < len(numbers):
+            numbers[at] = self._number(numbers[at])
+            if numbers[at] not in TYPES:
+                raise self.source.failure(f"section {node.name} has an element of unknown type")
+            at += 1 + TYPES[numbers[at]][1]
+        return numbers, np.array(numbers, dtype=np.int64)
 
     def _checked(self, node: Node, rows: Indices, count: int) -> Indices:
         if rows.size and not (rows.min() >= 0 and rows.max() < count):
@@ -155,6 +192,21 @@ def _by_dimension(sections: list[tuple[str, Parts]]) -> tuple[Cells, dict[str, C
             else:
                 surfaces.setdefault(title, {})[name] = nodes
     return {name: np.concatenate(parts) for name, parts in cells.items()}, surfaces
+
+
+def _covers(found: Iterable[Cells], cells: Cells) -> bool:
+    """Whether boundary conditions have all of these faces."""
+    listed: dict[str, list[Indices]] = {}
+    for part in found:
+        for name, nodes in part.items():
+            listed.setdefault(name, []).append(nodes)
+    for name, nodes in cells.items():
+        known = np.concatenate([*listed.get(name, []), nodes[:0]])
+        both = np.sort(np.concatenate([known, nodes]), axis=1)
+        _, rows = np.unique(both, axis=0, return_inverse=True)
+        if not np.isin(rows[len(known) :], rows[: len(known)]).all():
+            return False
+    return True
 
 
 def _moved(cells: Cells, first: int) -> Cells:

@@ -16,7 +16,7 @@ import numpy as np
 
 from ffdstudio.aliases import Indices
 from ffdstudio.meshes.formats import Progress
-from ffdstudio.meshes.formats.hdftemplate import HdfTemplate
+from ffdstudio.meshes.formats.hdftemplate import HdfTemplate, Piece, Place
 from ffdstudio.meshes.formats.netcdf import Variable, variables
 from ffdstudio.meshes.formats.patch import BinaryTemplate
 from ffdstudio.meshes.formats.source import Source
@@ -107,8 +107,10 @@ def _template(source: Source, found: dict[str, Variable]) -> tuple[Template, int
         return BinaryTemplate(source.data, points, dtype, places), len(rows)
     if "coord" in found:
         raise source.failure("its coordinates are stored in pieces, which is not supported here")
-    arrays = [(f"/{row.name}", axis, 0, count) for axis, row in enumerate(rows)]
-    return HdfTemplate(source, points, arrays, len(rows), dtype), len(rows)
+    arrays = tuple(Place(f"/{row.name}", -1, dtype) for row in rows)
+    index = np.repeat(np.arange(count)[:, None], len(rows), axis=1)
+    pieces = [Piece(arrays, index, np.arange(count))]
+    return HdfTemplate(source, points, pieces, dtype), len(rows)
 
 
 def _names(found: dict[str, Variable], key: str) -> list[str]:
