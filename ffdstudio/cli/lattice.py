@@ -2,30 +2,30 @@
 
 1. Where the mesh ends at a symmetry plane the lattice begins there, without a margin.
 2. Where mesh lies on both sides of a face the outermost control points are frozen by default.
-   What was done of both is said in a line each.
+3. The margin is chosen such that the skin can move by a sensible share of the shape; how far it
+   can is said, and if it is little.
+   What was done of each is said in a line.
 """
 
 from __future__ import annotations
 
 import argparse
+import math
 from collections.abc import Sequence
-
-import numpy as np
 
 from ffdstudio.cli.output import emit, sized
 from ffdstudio.cli.parsing import axes, fraction, named, whole
-from ffdstudio.engine import Lattice
-from ffdstudio.engine.boxes import Frame
 from ffdstudio.engine.frozen import leaves_some
 from ffdstudio.errors import InputError
 from ffdstudio.exchange import write_lattice
 from ffdstudio.limits import check_control_points
 from ffdstudio.meshes import Mesh, read_mesh
-from ffdstudio.meshes.planes import planes_of
-from ffdstudio.project.checks.freezing import Face, advice, face_name, suggested
-from ffdstudio.project.checks.plane_snapping import seat_sentence, seated
-
-NEAR = 0.1  # of the shape's largest extent
+from ffdstudio.meshes.quasi2d import is_plane
+from ffdstudio.meshes.walls import wall_markers
+from ffdstudio.project.checks.freezing import advice, face_name
+from ffdstudio.project.checks.plane_snapping import seat_sentence
+from ffdstudio.project.placing.placement import Placement, Site, placed
+from ffdstudio.project.placing.reach import reach_sentence
 
 
 def add(parser: argparse.ArgumentParser) -> None:
@@ -52,10 +52,10 @@ def add(parser: argparse.ArgumentParser) -> None:
         "--margin",
         type=fraction,
         nargs="+",
-        default=[0.05],
         metavar="F",
-        help="room on each side as a fraction of the extent, one for all or one a direction "
-        "(default 0.05); none beyond a symmetry plane",
+        help="room on each side as a fraction of the largest extent, one for all or one a "
+        "direction (default: enough for the skin to move by 8 %% of the chord, or by the "
+        "thickness of a body); none beyond a symmetry plane",
     )
     parser.add_argument(
         "--axes", type=axes, metavar="XYZ", help="directions of i, j, k, such as xz"
@@ -79,68 +79,61 @@ def add(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Make the lattice and write it."""
     mesh = read_mesh(args.file)
-    nodes = mesh.points[mesh.marker_nodes(*args.marker)] if args.marker else mesh.points
-    shape = _shape(args.shape or (8, 6, 4)[: mesh.dimension])
+    shape = _shape(args.shape or (8, 6, 4)[: 2 if is_plane(mesh) else 3])
     if not 1 <= len(shape) <= 3:
         raise InputError(f"--shape takes 1 to 3 numbers, got {len(shape)}")
-    lattice, planes = around(mesh, nodes, shape, _degrees(args.degree, shape), args)
-    frozen, faces = suggested(lattice, [(mesh, mesh.points)], planes)
+    site = Site.of_mesh(mesh, args.marker or ())
+    margin = args.margin[0] if args.margin and len(args.margin) == 1 else args.margin
+    degrees = _degrees(args.degree, shape)
+    found = placed(site, shape, degrees, args.axes, args.spacing, margin)
     chosen = args.frozen is not None
-    frozen = args.frozen if chosen else frozen
-    if not leaves_some(shape, frozen, planes):
+    frozen = args.frozen if chosen else found.frozen
+    if not leaves_some(shape, frozen, found.planes):
         raise InputError(f"--frozen {frozen} leaves nothing of {sized(shape)} control points")
-    free = planes if frozen else ()
+    free = found.planes if frozen else ()
     exactness = write_lattice(
-        args.output, lattice, frozen=frozen, units=args.units, open_faces=free
+        args.output, found.lattice, frozen=frozen, units=args.units, open_faces=free
     )
+    reach = found.reach(site, frozen)
     result = {
         "lattice": args.output,
-        "shape": lattice.shape,
-        "degrees": lattice.degrees,
-        "domain": lattice.domain,
+        "shape": found.lattice.shape,
+        "degrees": found.lattice.degrees,
+        "domain": found.lattice.domain,
         "exact": exactness.exact,
-        "nodes": len(nodes),
+        "nodes": len(site.skin),
         "frozen": frozen,
-        "crossed_faces": [face_name(face) for face in faces],
-        "on_planes": {face_name(face): marker for face, marker in planes.items()},
+        "crossed_faces": [face_name(face) for face in found.crossed],
+        "on_planes": {face_name(face): marker for face, marker in found.planes.items()},
+        "margin": found.room,
+        "reach": reach if math.isfinite(reach) else None,
     }
-    degrees = ", ".join(map(str, lattice.degrees))
-    text = f"{args.output}: {sized(shape)} control points of degree {degrees} ({exactness})"
-    lines = [text, seat_sentence(planes), _freezing(faces, frozen, chosen, lattice, planes)]
-    lines.append(_closeness(lattice, nodes, faces) if frozen else "")
+    text = f"{args.output}: {sized(shape)} control points of degree "
+    text += f"{', '.join(map(str, found.lattice.degrees))} ({exactness})"
+    lines = [text, seat_sentence(found.planes), _freezing(found, frozen, chosen)]
+    lines += [reach_sentence(reach, found.wanted), _walls_hint(mesh, args.marker)]
     emit(result, "\n".join(line for line in lines if line), args.json)
     return 0
 
 
-def _freezing(
-    faces: list[Face], frozen: int, chosen: bool, lattice: Lattice, planes: dict[Face, str]
-) -> str:
+def _freezing(found: Placement, frozen: int, chosen: bool) -> str:
     """What is frozen and why, or why nothing is although mesh lies beyond."""
-    line = advice(lattice.shape, faces, frozen, planes)
-    if faces and not frozen and not chosen:
+    shape = found.lattice.shape
+    line = advice(shape, found.crossed, frozen, found.planes)
+    if found.crossed and not frozen and not chosen:
         where = line.partition(":")[0]
-        return (
-            f"{where}, but {sized(lattice.shape)} points leave none to freeze: nothing is frozen."
-        )
+        return f"{where}, but {sized(shape)} points leave none to freeze: nothing is frozen."
     return line
 
 
-def _closeness(lattice: Lattice, nodes: np.ndarray, faces: list[Face]) -> str:
-    """A word where frozen faces lie so near the shape that little can move between them."""
-    local = nodes @ lattice.axes.T
-    extent = float(np.ptp(local, axis=0).max())
-    ends = lattice.domain
-    gaps = {
-        face: abs(float((local.min(axis=0), local.max(axis=0))[face[1]][face[0]] - ends[face]))
-        for face in faces
-    }
-    near = [face for face, gap in gaps.items() if gap < NEAR * extent]
-    if not near:
+def _walls_hint(mesh: Mesh, markers: Sequence[str] | None) -> str:
+    """A word where the lattice lies around a far field and the walls in it are small."""
+    names = () if markers else wall_markers(mesh)
+    if not names:
         return ""
-    least = min(gaps[face] for face in near)
     return (
-        f"Frozen at {', '.join(map(face_name, near))}, as near as {least:.3g} to the shape, the "
-        "lattice has little room to move it: a larger --margin gives more."
+        f"The mesh reaches far beyond {', '.join(names)}: "
+        f"{' '.join(f'--marker {name}' for name in names)} lays the lattice around that alone."
     )
 
 
@@ -150,26 +143,6 @@ def _shape(counts: Sequence[int]) -> tuple[int, ...]:
     except InputError as error:
         raise InputError(f"--shape: {error}") from None
     return tuple(counts)
-
-
-def around(
-    mesh: Mesh,
-    nodes: np.ndarray,
-    shape: tuple[int, ...],
-    degrees: list[int] | None,
-    args: argparse.Namespace,
-) -> tuple[Lattice, dict[Face, str]]:
-    """Box lattice around the nodes, and the planes its faces lie on.
-
-    A flat mesh gets one of thickness 1 in the third direction.
-    """
-    frame = Frame.of(args.axes, len(shape))
-    bounds = frame.bounds(nodes, args.margin[0] if len(args.margin) == 1 else args.margin)
-    lower, upper, planes = seated(frame, bounds, nodes, planes_of(mesh))
-    if mesh.dimension == 2:
-        normal = np.flatnonzero(frame.axes[:, 2])
-        lower[normal], upper[normal] = -0.5, 0.5
-    return Lattice.box(lower, upper, shape, degrees, args.axes, args.spacing), planes
 
 
 def _degrees(given: list[int] | None, shape: tuple[int, ...]) -> list[int] | None:

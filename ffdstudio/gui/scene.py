@@ -26,6 +26,7 @@ from ffdstudio.gui.state import State
 from ffdstudio.gui.subscriptions import Listening
 from ffdstudio.gui.theme import Theme
 from ffdstudio.gui.viewport import Viewport
+from ffdstudio.meshes.quasi2d import is_plane, plane_axes
 from ffdstudio.project.document import Document
 from ffdstudio.project.model import LatticeItem
 
@@ -131,8 +132,7 @@ class Scene:
             if old is not None and old.surface is not surface:
                 self.bodies.pop(body.key).close()
             if body.key not in self.bodies:
-                rest = body.mesh.points[surface.nodes]
-                self.bodies[body.key] = BodyActor(renderer, surface, rest)
+                self.bodies[body.key] = BodyActor(renderer, surface, body.mesh)
         shapes = {item.key: item.rest.shape for item in model.lattices}
         if PREVIEW in self._nets:
             shapes[PREVIEW] = self._nets[PREVIEW]
@@ -245,9 +245,13 @@ class Scene:
         """Choose origin, side and distance when something appears in an empty scene."""
         bounds, viewport = self.bounds(), self.viewport
         viewport.origin = bounds.mean(axis=0)
-        flat = all(body.mesh.dimension == 2 for body in self.document.model.bodies)
-        side = "+z" if flat else "corner"
-        view = looking(*AXIS_VIEWS[side], viewport.view)
+        bodies = self.document.model.bodies
+        flat = bool(bodies) and all(is_plane(body.mesh) for body in bodies)
+        side = AXIS_VIEWS["corner"]
+        if flat:
+            right, up = plane_axes(bodies[0].mesh)
+            side = tuple(np.cross(right, up)), tuple(up)
+        view = looking(*side, viewport.view)
         parallel = flat or (view.parallel and not view.flat)
         view = replace(view, distance=1.0, parallel=parallel, flat=flat)
         viewport.set_scene(bounds)

@@ -7,6 +7,7 @@ import pytest
 
 from ffdstudio import Lattice, Project, read_lattice, read_mesh, write_lattice
 from ffdstudio.exchange import read_lattice_file
+from ffdstudio.samples import sample
 
 # ---- info -----------------------------------------------------------------------------------
 
@@ -110,22 +111,24 @@ def test_a_margin_may_be_given_for_each_direction(ffdstudio, cube, tmp_path):
     assert "3 directions need 1 or 3 margins" in ffdstudio.err
 
 
-def test_frozen_faces_near_the_shape_are_told(ffdstudio, square, tmp_path):
-    words = [
-        "lattice",
-        square,
-        "--shape",
-        5,
-        5,
-        "--marker",
-        "top",
-        "-o",
-        tmp_path / "x.lattice.json",
-    ]
+def test_little_room_is_told(ffdstudio, tmp_path):
+    words = ["lattice", sample("naca0012.su2"), "--marker", "airfoil"]
+    words += ["-o", tmp_path / "x.lattice.json"]
+    assert ffdstudio(*words, "--margin", 0.02) == 0
+    assert "only before a cell inverts: a larger margin" in ffdstudio.out
     assert ffdstudio(*words) == 0
-    assert "a larger --margin gives more" in ffdstudio.out
-    assert ffdstudio(*words, "--margin", 0.3) == 0
-    assert "--margin" not in ffdstudio.out
+    assert "The skin can move by about 0.089 before a cell inverts." in ffdstudio.out
+
+
+def test_the_reach_is_told_and_the_walls_in_a_far_field_are_hinted_at(ffdstudio, tmp_path):
+    path = tmp_path / "l.lattice.json"
+    result = ffdstudio.json("lattice", sample("naca0012.su2"), "--marker", "airfoil", "-o", path)
+    assert result["reach"] >= 0.08
+    assert len(result["margin"]) == 2
+    assert ffdstudio("lattice", sample("naca0012.su2"), "-o", path) == 0
+    assert "--marker airfoil lays the lattice around that alone" in ffdstudio.out
+    skin = sample("wing_skin.vtu")  # nothing of a surface can invert
+    assert ffdstudio.json("lattice", skin, "-o", path)["reach"] is None
 
 
 def test_a_lattice_around_a_marker(ffdstudio, square, tmp_path):

@@ -9,6 +9,8 @@ import pytest
 
 pytest.importorskip("PySide6")
 
+from PySide6.QtTest import QTest
+
 from ffdstudio.engine import Lattice
 from ffdstudio.exchange import write_lattice
 from ffdstudio.gui.readouts import hover_text
@@ -52,8 +54,34 @@ def test_the_form_begins_at_the_plane_and_says_so(user: Any, tmp_path: Path) -> 
     builder.margin.setValue(20)
     assert builder.low[0].value == 0
     builder.around.setCurrentIndex(builder.around.count() - 1)
-    builder.around.activated.emit(builder.around.count() - 1)  # typed bounds
+    builder.around.activated.emit(builder.around.count() - 1)  # typed bounds: still on the plane
+    assert "The face i min lies on SYMMETRY" in builder.seat.text()
+
+
+def test_a_typed_bound_keeps_the_seat_and_what_is_laid_around(user: Any, tmp_path: Path) -> None:
+    user.open(write_cube(tmp_path / "half.su2", low="SYMMETRY"))
+    user.trigger("lattice.new")
+    builder = user.window.lattice.builder
+    around, low = builder.around.currentText(), builder.low[1].value
+    field = builder.high[2]
+    field.setFocus()
+    field.selectAll()
+    QTest.keyClicks(field, "1.75")
+    assert builder.around.currentText() == around
+    assert "The face i min lies on SYMMETRY" in builder.seat.text()
+    assert builder.draft().open_faces == ((0, 0),)
+    builder.counts[1].setValue(5)  # anew, but for what was typed
+    assert builder.high[2].value == 1.75
+    builder.margins[1].setValue(50)
+    assert not builder.auto.isChecked()
+    assert (builder.high[2].value, builder.low[1].value) == (1.75, -0.5)
+    assert low != -0.5
+    field = builder.low[0]
+    field.setFocus()
+    field.selectAll()
+    QTest.keyClicks(field, "0.25")  # off the plane: the face is not seated any more
     assert builder.seat.text() == ""
+    assert builder.draft().open_faces == ()
 
 
 def test_layers_are_frozen_on_all_faces_but_the_one_at_the_plane(user: Any, tmp_path: Path) -> None:

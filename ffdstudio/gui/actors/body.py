@@ -9,8 +9,10 @@ import numpy as np
 from ffdstudio.aliases import Array, Indices, Mask
 from ffdstudio.gui.actors.surface import Rgb, SurfaceActor
 from ffdstudio.gui.actors.vtk import actor, cells, poly, ragged_cells
-from ffdstudio.gui.first_view import walls
 from ffdstudio.gui.theme import Theme
+from ffdstudio.meshes import Mesh
+from ffdstudio.meshes.quasi2d import is_plane
+from ffdstudio.meshes.walls import wall_markers
 from ffdstudio.project.model import Body
 from ffdstudio.project.view.surface import Proxy, Surface
 
@@ -20,11 +22,12 @@ MANY_FACES = 60_000  # edges of more faces than these would only be a dark veil
 class BodyActor:
     """All that is drawn of one body; told what to show by `Scene`."""
 
-    def __init__(self, renderer: Any, surface: Surface, rest: Array) -> None:
+    def __init__(self, renderer: Any, surface: Surface, mesh: Mesh) -> None:
         self._renderer = renderer
         self.surface = surface
         self.full = SurfaceActor(renderer, len(surface.nodes))
-        self._hull = hull(surface, rest)
+        rest = mesh.points[surface.nodes]
+        self._hull = hull(surface, mesh)
         self._far = actor(poly(self.full.points))
         self._far.GetProperty().FrontfaceCullingOn()
         renderer.AddActor(self._far)
@@ -61,7 +64,7 @@ class BodyActor:
         few = len(self.surface.offsets) <= MANY_FACES
         self.full.colour(colour, theme.rgb("edge"), edges and few)
         # a plane mesh is seen straight on: light would only dim it
-        self.full.faces.GetProperty().SetLighting(body.mesh.dimension == 3)
+        self.full.faces.GetProperty().SetLighting(not is_plane(body.mesh))
         if self.proxy is not None:
             self.proxy.colour(colour, theme.rgb("edge"), False)
         self._far.GetProperty().SetColor(*theme.rgb("far"))
@@ -150,10 +153,10 @@ class BodyActor:
         self._renderer.RemoveActor(self._far)
 
 
-def hull(surface: Surface, points: Array) -> Mask:
+def hull(surface: Surface, mesh: Mesh) -> Mask:
     """(p,) polygons of the far field around walls; seen from inside only, for the walls' sake."""
-    names = walls(surface, points)
-    if not names or len(surface.lines):
+    names = wall_markers(mesh)
+    if not names or is_plane(mesh):
         return np.zeros(len(surface.polygon_marker), dtype=bool)
     inner = [surface.markers.index(name) for name in names]
     return ~np.isin(surface.polygon_marker, inner)

@@ -16,6 +16,7 @@ from ffdstudio.gui.navigation import AXIS_VIEWS, looking
 from ffdstudio.gui.scene import Scene
 from ffdstudio.gui.sections import middle
 from ffdstudio.gui.studio import Studio
+from ffdstudio.meshes.quasi2d import slab_of
 from ffdstudio.project import commands as c
 from ffdstudio.project.model import Body
 
@@ -51,8 +52,12 @@ class ViewHandler:
 
     def side(self, name: str) -> None:
         """Look at the same place from a side of `AXIS_VIEWS`, from as far away."""
-        viewport = self._scene.viewport
-        viewport.view = looking(*AXIS_VIEWS[name], viewport.view)
+        viewport, bodies = self._scene.viewport, self._studio.document.model.bodies
+        view = looking(*AXIS_VIEWS[name], viewport.view)
+        slabs = [slab for body in bodies if (slab := slab_of(body.mesh)) is not None]
+        if slabs:  # a section with depth may be looked at from any side, and turned then
+            view = replace(view, flat=bool(abs(view.back @ slabs[0].normal) > 1 - 1e-9))
+        viewport.view = view
 
     def parallel(self, on: bool) -> None:
         """Parallel or perspective projection."""

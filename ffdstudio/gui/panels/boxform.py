@@ -19,6 +19,7 @@ from PySide6.QtWidgets import (
 
 from ffdstudio.gui.panels.draft import DIRECTIONS
 from ffdstudio.gui.panels.fields import NumberEdit, note
+from ffdstudio.gui.panels.reachnote import ReachNote
 from ffdstudio.gui.quality.freezehint import FreezeHint
 from ffdstudio.gui.studio import Studio
 
@@ -32,7 +33,9 @@ class BoxForm(QWidget):
         super().__init__()
         self.name = QLineEdit()
         self.around = QComboBox()
-        self.margin = QDoubleSpinBox()
+        self.margins = [QDoubleSpinBox() for _ in DIRECTIONS]
+        self.margin = self.margins[0]
+        self.auto = QCheckBox("Automatic")
         self.dimension = QComboBox()
         self.counts = [QSpinBox() for _ in DIRECTIONS]
         self.degrees = [QSpinBox() for _ in DIRECTIONS]
@@ -45,6 +48,7 @@ class BoxForm(QWidget):
         self.frozen = QSpinBox()
         self.hint = FreezeHint(studio, self.frozen)
         self.inside, self.seat = note(), note()
+        self.reach = ReachNote(studio)
         self.make = QPushButton("&Create")
         self.cancel = QPushButton("Cancel")
         self.notes = {
@@ -60,9 +64,19 @@ class BoxForm(QWidget):
         self._lay_out()
 
     def _set_ranges(self) -> None:
-        self.margin.setRange(0, 1000)
-        self.margin.setSuffix(" %")
-        self.margin.setDecimals(1)
+        for letter, margin in zip(DIRECTIONS, self.margins, strict=True):
+            margin.setRange(0, 1000)
+            margin.setSuffix(" %")
+            margin.setDecimals(1)
+            margin.setButtonSymbols(QDoubleSpinBox.ButtonSymbols.NoButtons)
+            margin.setAccessibleName(f"Margin along {letter}")
+            margin.setToolTip(
+                f"Room between shape and faces along {letter}, of the largest extent of the shape"
+            )
+        self.auto.setToolTip(
+            "As much room as it takes to move the skin by 8 % of the chord, or by the thickness "
+            "of a body, before a cell inverts"
+        )
         for axis in range(3):
             self.counts[axis].setRange(2, 999)
             self.counts[axis].setAccessibleName(f"Control points in {DIRECTIONS[axis]}")
@@ -92,12 +106,20 @@ class BoxForm(QWidget):
         form.addRow("&Name", self.name)
         form.addRow(self.notes["name"])
         form.addRow("Ar&ound", self.around)
-        form.addRow("&Margin", self.margin)
+        row = QHBoxLayout()
+        row.setSpacing(4)
+        for margin in self.margins:
+            row.addWidget(margin, 1)
+        label = QLabel("&Margin")
+        label.setBuddy(self.margin)
+        form.addRow(label, row)
+        form.addRow("", self.auto)
         form.addRow("&Directions", self.dimension)
         layout = QVBoxLayout(self)
         layout.addLayout(form)
         layout.addLayout(self._directions())
         layout.addWidget(self.seat)
+        layout.addWidget(self.reach)
         layout.addWidget(self.rotated)
         layout.addWidget(self._frame())
         more = QFormLayout()

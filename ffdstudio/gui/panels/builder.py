@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 from PySide6.QtCore import QEvent, QObject, Qt
 from PySide6.QtGui import QKeyEvent
 
-from ffdstudio.aliases import Array
 from ffdstudio.engine import Lattice
 from ffdstudio.engine.boxes import Frame
 from ffdstudio.errors import InputError
 from ffdstudio.gui.errors import sentence
-from ffdstudio.gui.first_view import walls
 from ffdstudio.gui.panels.boxform import BoxForm
+from ffdstudio.gui.panels.boxsource import TYPED, BoxSource
 from ffdstudio.gui.panels.draft import (
     Draft,
     angles_of,
@@ -23,14 +23,12 @@ from ffdstudio.gui.panels.draft import (
 )
 from ffdstudio.gui.panels.fields import say
 from ffdstudio.gui.studio import Studio
-from ffdstudio.meshes.planes import Plane, planes_of
 from ffdstudio.project.checks.freezing import Face
-from ffdstudio.project.checks.plane_snapping import seat_sentence, seated
+from ffdstudio.project.checks.plane_snapping import faces_on, seat_sentence
 from ffdstudio.project.commands import CreateBox, Refit
 from ffdstudio.project.model import LatticeItem
-from ffdstudio.project.plane_constraints import planes_in
-
-TYPED = "typed bounds"
+from ffdstudio.project.placing.placement import Placement, Site, placed
+from ffdstudio.project.placing.room import extents, wanted_move
 
 
 class Builder(BoxForm):
@@ -42,22 +40,28 @@ class Builder(BoxForm):
         self._refitting: LatticeItem | None = None
         self._filling = False
         self._open: tuple[Face, ...] = ()
+        self._kept: set[Face] = set()  # bounds that were typed stay what they are
+        self.source = BoxSource(studio.document, self.around)
         self._connect()
 
     def _connect(self) -> None:
-        self.around.activated.connect(self._take_bounds)
-        self.margin.valueChanged.connect(self._take_bounds)
-        self.dimension.activated.connect(self._take_bounds)
+        self.around.activated.connect(self._begin_anew)
+        self.auto.toggled.connect(self._begin_anew)
+        for margin in self.margins:
+            margin.valueChanged.connect(self._on_margin)
+        self.dimension.activated.connect(self._begin_anew)
         self.rotated.toggled.connect(self._on_rotated)
         self.align.clicked.connect(self._align)
         for angle in self.angles:
             angle.valueChanged.connect(self._take_bounds)
-        for box in (*self.counts, *self.degrees, self.frozen):
-            box.valueChanged.connect(self._show)
+        for box in (*self.counts, *self.degrees):
+            box.valueChanged.connect(self._take_bounds)
+        self.frozen.valueChanged.connect(self._show)
         self.spacing.activated.connect(self._show)
         self.name.textChanged.connect(self._show)
-        for edit in (*self.low, *self.high):
-            edit.textEdited.connect(self._on_typed)
+        for side, edits in enumerate((self.low, self.high)):
+            for axis, edit in enumerate(edits):
+                edit.textEdited.connect(partial(self._on_typed, (axis, side)))
         self.make.clicked.connect(self._create)
         self.cancel.clicked.connect(self.stop)
         self.footer.installEventFilter(self)
@@ -85,15 +89,13 @@ class Builder(BoxForm):
         document = self._studio.document
         self._filling = True
         self._refitting = None
-        self._offer((around, marker) if around else self._walls())
-        flat = bool(document.model.bodies) and all(
-            body.mesh.dimension == 2 for body in document.model.bodies
-        )
-        self.dimension.setCurrentIndex(1 if flat else 0)
+        self._kept.clear()
+        self.source.offer((around, marker) if around else self.source.wall())
+        self.dimension.setCurrentIndex(1 if self.source.flat else 0)
         for axis, (count, degree) in enumerate(((6, 3), (4, 3), (4, 3))):
             self.counts[axis].setValue(count)
             self.degrees[axis].setValue(degree)
-        self.margin.setValue(5.0)
+        self.auto.setChecked(True)
         self.rotated.setChecked(False)
         self.frozen.setValue(0)
         self.hint.begin()
@@ -102,15 +104,6 @@ class Builder(BoxForm):
         self._filling = False
         self._take_bounds()
         self.around.setFocus(Qt.FocusReason.OtherFocusReason)
-
-    def _walls(self) -> tuple[str, str]:
-        """Key and marker of the wall in a mesh with a far field; nothing if there is none."""
-        document = self._studio.document
-        for body in document.model.bodies:
-            names = walls(document.surface(body.key), document.points(body.key))
-            if len(names) == 1:
-                return body.key, names[0]
-        return "", ""
 
     def refit(self, item: LatticeItem) -> None:
         """Begin with the values of an undeformed lattice."""
@@ -131,18 +124,21 @@ class Builder(BoxForm):
                 box.setValue(angle)
         self.frozen.setValue(item.frozen)
         self.hint.begin(advising=False)
-        self._seat({})
         self._open = tuple((axis, side) for axis, side in item.open_faces)
         self.name.setText(item.name)
-        self.around.setCurrentIndex(self.around.findData(TYPED))
+        self.source.choose(TYPED)
         self.make.setText("Fi&t anew")
         self._filling = False
         self._show()
 
     def stop(self) -> None:
         """End without a lattice."""
-        self._studio.state.put_preview(None)
+        self._leave()
         self._finished()
+
+    def _leave(self) -> None:
+        self.reach.stop()
+        self._studio.state.put_preview(None)
 
     def _create(self) -> None:
         draft = self.draft()
@@ -151,7 +147,7 @@ class Builder(BoxForm):
         command: CreateBox | Refit = draft.command()
         if self._refitting is not None:
             command = Refit(self._refitting.key, draft.command())
-        self._studio.state.put_preview(None)
+        self._leave()
         self._filling = True  # what the command changes is no reason to show the form anew
         try:
             done = self._studio.do(command)
@@ -175,87 +171,96 @@ class Builder(BoxForm):
         if lost or not model.bodies:
             self.stop()
             return
-        self._offer(source)
+        self.source.offer(source)
         self._take_bounds()
 
-    def _offer(self, source: object) -> None:
-        """List all there is to lay a lattice around; choose a source, or everything."""
-        self.around.clear()
-        self.around.addItem("Everything", ("", ""))
-        for body in self._studio.document.model.bodies:
-            self.around.addItem(body.name, (body.key, ""))
-            for name in self._studio.document.surface(body.key).markers:
-                self.around.addItem(f"{body.name}: {name}", (body.key, name))
-        self.around.addItem("Typed bounds", TYPED)
-        for number in range(self.around.count()):
-            if self.around.itemData(number) == source:
-                self.around.setCurrentIndex(number)
+    def _begin_anew(self) -> None:
+        """Another source of bounds: forget what was typed for the last one."""
+        if not self._filling:
+            self._kept.clear()
+            self._take_bounds()
 
-    def _points(self) -> Array | None:
-        """Points to lay the lattice around, as they are now; None for typed bounds."""
-        source = self.around.currentData()
-        if source == TYPED:
-            return None
-        document = self._studio.document
-        if not source[0]:
-            clouds = [document.points(body.key) for body in document.model.bodies]
-            return np.concatenate(clouds) if clouds else None
-        points = document.points(source[0])
-        return points[document.surface(source[0]).marker_points(source[1])] if source[1] else points
+    def _on_margin(self) -> None:
+        if not self._filling:
+            self._put_auto(False)
+            self._take_bounds()
 
-    def _seat(self, faces: dict[Face, str]) -> None:
-        """Take note of the faces that lie on planes: nothing is frozen there."""
-        self._open = tuple(faces)
-        say(self.seat, seat_sentence(faces))
-
-    def _planes(self) -> tuple[Plane, ...]:
-        """Planes where the mesh ends that the lattice is laid around."""
-        model, source = self._studio.document.model, self.around.currentData()
-        return planes_of(model.body(source[0]).mesh) if source[0] else planes_in(model)
+    def _put_auto(self, on: bool) -> None:
+        self.auto.blockSignals(True)
+        self.auto.setChecked(on)
+        self.auto.blockSignals(False)
 
     def _take_bounds(self) -> None:
+        """Lay the lattice around its source, but for the bounds that were typed."""
         if self._filling:
             return
-        points, d = self._points(), self.dimension.currentData()
-        self._seat({})
-        if points is not None and len(points):
-            frame = Frame.of(self.draft().axes, d)
-            bounds = frame.bounds(points, self.margin.value() / 100)
-            low, high, faces = seated(frame, bounds, points, self._planes())
-            self._seat(faces)
-            for axis in range(d):
-                self.low[axis].put(float(low[axis]))
-                self.high[axis].put(float(high[axis]))
+        site = self.source.site()
+        if len(site.skin) and not self.source.typed:
+            placement = self._placed(site)
+            if placement is not None:
+                self._put_bounds(placement)
         self._show()
 
-    def _on_typed(self) -> None:
-        self.around.setCurrentIndex(self.around.findData(TYPED))
-        self._seat({})
+    def _placed(self, site: Site) -> Placement | None:
+        """Lattice around a site as the fields have it; None while they make none."""
+        draft = self.draft()
+        if draft.lacks_degree:
+            return None
+        margin = None if self.auto.isChecked() else [m.value() / 100 for m in self.margins]
+        d = len(draft.counts)
+        try:
+            return placed(
+                site, draft.counts, draft.degrees, draft.axes, draft.spacing,
+                None if margin is None else margin[:d],
+            )  # fmt: skip
+        except InputError:  # said by `_show`, of the fields as they are
+            return None
+
+    def _put_bounds(self, placement: Placement) -> None:
+        filling, self._filling = self._filling, True
+        domain = placement.lattice.domain
+        for axis in range(len(domain)):
+            for side, edit in enumerate((self.low[axis], self.high[axis])):
+                if (axis, side) not in self._kept:
+                    edit.put(float(domain[axis, side]))
+            if self.auto.isChecked():
+                self.margins[axis].setValue(100 * float(placement.room[axis]))
+        self._filling = filling
+
+    def _on_typed(self, face: Face, _text: str) -> None:
+        self._kept.add(face)
         self._show()
+
+    def _seat(self, draft: Draft, site: Site) -> None:
+        """Find the faces that lie on planes, typed or not: nothing is frozen there."""
+        frame = Frame.of(draft.axes, len(draft.counts))
+        bounds = [np.zeros(3), np.zeros(3)]
+        for corner, values in zip(bounds, (draft.lower, draft.upper), strict=True):
+            corner[: len(values)] = [0.0 if v is None else v for v in values]
+        faces = faces_on(frame, bounds[0], bounds[1], site.planes)
+        if self._refitting is None:
+            self._open = tuple(faces)
+        say(self.seat, seat_sentence({face: faces[face] for face in self._open if face in faces}))
 
     def _on_rotated(self, on: bool) -> None:
         self._frame_box.setVisible(on)
-        self._take_bounds()
+        self._begin_anew()
 
     def _align(self) -> None:
-        points = self._points()
-        if points is None:
-            clouds = [
-                self._studio.document.points(b.key) for b in self._studio.document.model.bodies
-            ]
-            points = np.concatenate(clouds)
+        points = self.source.site().skin
         axes = principal_frame(points, self.dimension.currentData() < 3)
         self._filling = True
         for box, angle in zip(self.angles, angles_of(axes), strict=True):
             box.setValue(angle)
         self._filling = False
-        self._take_bounds()
+        self._begin_anew()
 
     # ---- showing ----------------------------------------------------------------------------
 
     def draft(self) -> Draft:
         """What stands in the fields."""
         d = self.dimension.currentData()
+        axes = self.source.plane_axes()
         turned = tuple(box.value() for box in self.angles) if self.rotated.isChecked() else None
         return Draft(
             self.name.text(),
@@ -267,11 +272,14 @@ class Builder(BoxForm):
             self.spacing.currentData(),
             self.frozen.value(),
             self._open,
+            None if axes is None else tuple(map(tuple, axes.tolist())),
         )
 
     def _show(self) -> None:
         if self._filling:
             return
+        draft, site = self.draft(), self.source.site()
+        self._seat(draft, site)
         draft = self.draft()
         problems = draft.problems()
         lattice = None
@@ -288,9 +296,19 @@ class Builder(BoxForm):
         self.make.setEnabled(not problems)
         self._studio.state.put_preview(lattice, self.frozen.value(), self._open)
         say(self.inside, "" if lattice is None else self._count(lattice))
+        if lattice is None or not len(site.skin):
+            self.reach.stop()
+            return
+        sizes = extents(Frame.of(draft.axes, len(draft.counts)), site.skin)
+        planes = dict.fromkeys(self._open, "")
+        found = Placement(lattice, planes, 0, [], np.zeros(0), wanted_move(sizes))
+        self.reach.look(site, found, draft.frozen)
 
     def _mark(self, problems: dict[str, str], d: int) -> None:
-        self.margin.setEnabled(self.around.currentData() != TYPED)
+        for axis, margin in enumerate(self.margins):
+            margin.setEnabled(not self.source.typed)
+            margin.setVisible(axis < d)
+        self.auto.setEnabled(not self.source.typed)
         self.name.setEnabled(self._refitting is None)
         for axis in range(3):
             for widget in (

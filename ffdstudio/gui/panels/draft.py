@@ -29,11 +29,21 @@ class Draft:
     spacing: str = "greville"
     frozen: int = 0
     open_faces: tuple[tuple[int, int], ...] = ()
+    plane: tuple[tuple[float, ...], ...] | None = None  # right and up of a plane that is not x, y
 
     @property
     def axes(self) -> Array | None:
         """(d, 3) frame; None for the coordinate axes."""
+        if self.plane is not None and len(self.counts) == 2:
+            right, up = np.array(self.plane)
+            turned = np.eye(3) if self.angles is None else frame(self.angles)
+            return np.asarray(turned[:2] @ np.array([right, up, np.cross(right, up)]))
         return None if self.angles is None else frame(self.angles)[: len(self.counts)]
+
+    @property
+    def lacks_degree(self) -> bool:
+        """Whether a direction has too few points for its degree."""
+        return any(degree >= count for count, degree in zip(self.counts, self.degrees, strict=True))
 
     def problems(self) -> dict[str, str]:
         """Why it cannot be made, by field: "direction 0", "bounds 2", "frozen", "name"."""

@@ -55,6 +55,7 @@ class LatticePanel(QStackedWidget):
 
     def close_panel(self) -> None:
         """Stop listening."""
+        self.builder.reach.stop()
         self._listening.stop()
 
     def paint_with(self, theme: Theme) -> None:

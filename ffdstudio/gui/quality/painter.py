@@ -46,7 +46,7 @@ class Coat:
         surface = self.under.surface
         gone = [n for n, name in enumerate(surface.markers) if name in body.hidden_markers]
         keep = ~np.isin(surface.polygon_marker, gone)
-        keep &= ~hull(surface, body.mesh.points[surface.nodes])
+        keep &= ~hull(surface, body.mesh)
         sizes = np.diff(surface.offsets)
         offsets = np.concatenate([[0], np.cumsum(sizes[keep])])
         self._data.SetPolys(ragged_cells(offsets, surface.connectivity[np.repeat(keep, sizes)]))

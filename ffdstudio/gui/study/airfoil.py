@@ -183,8 +183,9 @@ class AirfoilPanel(QWidget):
             return
         document.refresh()
         rows = np.searchsorted(surface.nodes, profile.nodes)
-        now = document.points(body.key)[rows]
-        start, target, angle = body.mesh.points[profile.nodes], self._target, self.angle.value()
+        now = profile.local(document.points(body.key)[rows])
+        start = profile.local(body.mesh.points[profile.nodes])
+        target, angle = self._target, self.angle.value()
         self._busy, self._stale = True, False
         self._studio.jobs.start(
             "Airfoil view", lambda _: _look(start, now, target, angle), self._take, self._refuse

@@ -82,3 +82,24 @@ def seat_sentence(faces: dict[Face, str]) -> str:
             "margin: control points there slide in its plane."
         )
     return " ".join(parts)
+
+
+def faces_on(frame: Frame, lower: Array, upper: Array, planes: Sequence[Plane]) -> dict[Face, str]:
+    """Faces of a box that lie on planes, and the marker of each: for bounds that were typed.
+
+    Examples
+    --------
+    >>> plane = Plane("SYM", "symmetry", np.arange(0), np.array([0.0, 1, 0]), 0.0)
+    >>> faces_on(Frame.of(None, 3), np.zeros(3), np.ones(3), [plane])
+    {(1, 0): 'SYM'}
+    """
+    slack = SLACK * float(np.linalg.norm(upper - lower))
+    found: dict[Face, str] = {}
+    for axis, direction in enumerate(frame.axes):
+        for plane in planes:
+            along = float(direction @ plane.normal)
+            at = float(plane.offset * np.sign(along))
+            for side, end in enumerate((lower[axis], upper[axis])):
+                if abs(along) >= 1 - STRAIGHT and abs(end - at) <= slack:
+                    found[axis, side] = plane.name
+    return found

@@ -10,6 +10,7 @@ from ffdstudio.errors import InputError
 from ffdstudio.exchange.morphed import BOXES
 from ffdstudio.meshes import Mesh, read_mesh
 from ffdstudio.meshes.planes import planes_of
+from ffdstudio.meshes.walls import wall_markers
 from ffdstudio.project.commands import OpenMesh
 from ffdstudio.project.files import references
 from ffdstudio.project.files.records import BodyRecord
@@ -45,6 +46,7 @@ def read_record(record: BodyRecord, progress: Progress = no_progress) -> Opened:
     progress(0.8, f"preparing {name}")
     surface = surface_of(mesh)
     planes_of(mesh)  # known from now on: an edit asks for them
+    wall_markers(mesh)
     return Opened(command_of(record, mesh), surface)
 
 

@@ -8,12 +8,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from ffdstudio.aliases import Array, Indices
 from ffdstudio.meshes import Mesh
+from ffdstudio.meshes.quasi2d import is_plane, outlines, plane_axes
 
 SLENDER = 0.5  # height over length, at most
 BLUNT = 0.02  # of the chord: how far a trailing edge may reach forward
@@ -29,14 +30,22 @@ class Profile:
         Empty for the lines of an airfoil file.
     nodes : numpy.ndarray
         (n,) nodes of the mesh in Selig's order.
+    axes : numpy.ndarray
+        (2, 3) along the chord and upwards, in the plane of the section.
     """
 
     marker: str
     nodes: Indices
+    axes: Array = field(default_factory=lambda: np.eye(3)[:2])
+
+    def local(self, points: Array) -> Array:
+        """(n, 3) points as seen in the plane of the section, where the third coordinate is 0."""
+        flat = points @ self.axes.T
+        return np.column_stack([flat, np.zeros(len(flat))])
 
 
 def profiles(mesh: Mesh) -> list[Profile]:
-    """Sections of a plane mesh, the longest first.
+    """Sections of a plane mesh, or of one that stands for it; the longest first.
 
     Examples
     --------
@@ -44,17 +53,17 @@ def profiles(mesh: Mesh) -> list[Profile]:
     >>> [profile.nodes.size for profile in profiles(contour_mesh(naca4("0012", points=21)))]
     [41]
     """
-    if mesh.dimension != 2:
+    if not is_plane(mesh):
         return []
-    chains = {name: cells.get("line") for name, cells in mesh.markers.items()}
+    chains, axes = outlines(mesh), plane_axes(mesh)
     if set(mesh.cells) == {"line"}:
-        chains[""] = mesh.cells["line"]
-    found = []
+        chains[""] = mesh.cells["line"][:, :2]
+    flat, found = mesh.points @ axes.T, []
     for name, lines in chains.items():
-        nodes = None if lines is None else _selig(mesh.points, lines[:, :2])
+        nodes = _selig(flat, lines)
         if nodes is not None:
-            found.append(Profile(name, nodes))
-    return sorted(found, key=lambda p: -float(np.ptp(mesh.points[p.nodes, 0])))
+            found.append(Profile(name, nodes, axes))
+    return sorted(found, key=lambda p: -float(np.ptp(flat[p.nodes, 0])))
 
 
 def _selig(points: Array, lines: Indices) -> Indices | None:

@@ -141,6 +141,10 @@ def profile_of(body: Body, marker: str) -> Profile:
     """Section of a body by its marker; `InputError` if it is none."""
     for profile in profiles(body.mesh):
         if profile.marker == marker:
+            if not np.array_equal(profile.axes, np.eye(3)[:2]):
+                raise InputError(
+                    f"the section of {body.name} does not lie along x and y, as studies need it to"
+                )
             return profile
     part = f"the marker {marker} of {body.name}" if marker else body.name
     raise InputError(f"{part} is no airfoil section")

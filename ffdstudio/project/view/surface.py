@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from ffdstudio.aliases import Array, Indices
 from ffdstudio.meshes import Mesh
+from ffdstudio.meshes.quasi2d import outlines, slab_of
 from ffdstudio.meshes.topology import corners, dimension
 
 PROXY_ABOVE = 200_000
@@ -99,6 +100,8 @@ def surface_of(mesh: Mesh, proxy_above: int = PROXY_ABOVE) -> Surface:
     marked = [_markers(block, mesh, names) for block in polygons]
     polygon_marker = np.concatenate([_none(1), *marked])
     of_lines = _markers(lines, mesh, names)
+    if slab_of(mesh) is not None:
+        of_lines = _outlined(lines, mesh, names)
     volume = mesh.faces is not None or any(dimension(kind) == 3 for kind in mesh.cells)
     drawn = (connectivity, offsets, row_of[lines], polygon_marker, of_lines)
     surface = (nodes, *drawn, names, volume)
@@ -128,6 +131,8 @@ def _drawn(mesh: Mesh) -> tuple[list[Indices], Indices]:
     # the boundaries of a plane mesh are lines; they carry its markers
     for cells in mesh.markers.values():
         lines += [nodes[:, :2] for kind, nodes in cells.items() if kind.startswith("line")]
+    if slab_of(mesh) is not None:  # seen from the front, the walls around it are lines as well
+        lines += list(outlines(mesh).values())
     every = np.concatenate([_none(1, 2), *lines])
     first = np.unique(_key(every), return_index=True)[1]
     return polygons, every[np.sort(first)]
@@ -155,6 +160,15 @@ def _markers(elements: Indices, mesh: Mesh, names: tuple[str, ...]) -> Indices:
             own = corners(kind, nodes)
             if own.shape[1] == elements.shape[1] and len(elements) and len(own):
                 _paint(marker, number, own, elements, ordered, order)
+    return marker
+
+
+def _outlined(lines: Indices, mesh: Mesh, names: tuple[str, ...]) -> Indices:
+    """(l,) marker whose outline has each line; -1 for none."""
+    marker = np.full(len(lines), NO_MARKER, dtype=np.int64)
+    keys = _key(lines)
+    for name, own in outlines(mesh).items():
+        marker[np.isin(keys, _key(own))] = names.index(name)
     return marker
 
 

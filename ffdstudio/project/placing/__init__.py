@@ -1,0 +1,1 @@
+"""Where a lattice goes: around the shape, with room to move it, seated on planes."""
