@@ -11,7 +11,7 @@ from ffdstudio.engine import Lattice
 from ffdstudio.exchange import read_lattice_file
 from ffdstudio.exchange.registry import is_lattice_file
 from ffdstudio.files import read_bytes
-from ffdstudio.meshes import Mesh, read_mesh
+from ffdstudio.meshes import Mesh, coverage, read_mesh
 from ffdstudio.project.checks.freezing import face_name
 
 
@@ -36,11 +36,13 @@ def run(args: argparse.Namespace) -> int:
 def of_mesh(path: str) -> dict[str, Any]:
     """Describe a mesh, and the lattices embedded in its file."""
     mesh: Mesh = read_mesh(path)
+    seen = coverage(mesh)
     return {
         "format": mesh.format,
         "dimension": mesh.dimension,
         "nodes": len(mesh.points),
         "cells": mesh.counts,
+        "unchecked": seen.unchecked,
         "markers": mesh.marker_counts,
         "bounds": mesh.bounds,
         "lattices": _embedded(path),

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import argparse
 import time
+from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -29,9 +30,11 @@ from ffdstudio.exchange.morphed import BOXES, write_morphed
 from ffdstudio.exchange.text import naming
 from ffdstudio.files import together
 from ffdstudio.meshes import Mesh, read_mesh
+from ffdstudio.meshes.measures.cell_coverage import Coverage, coverage
 from ffdstudio.paths import exists, is_folder, is_same
 from ffdstudio.project.checks.deformation_warnings import remarks
 
+SUMMED = ("nodes", "moved", "inverted", "unchecked")
 MOST_NAMED = 4  # markers in the line of a mesh
 FARTHEST = 1e100  # beyond it lengths and volumes are no numbers any more
 
@@ -76,6 +79,11 @@ def add(parser: argparse.ArgumentParser) -> None:
         default="update",
         help="FFD boxes inside SU2 meshes: let them follow the shape (default), drop or keep them",
     )
+    parser.add_argument(
+        "--allow-unchecked",
+        action="store_true",
+        help="exit 0 although cells of unknown types were moved without being checked",
+    )
     parser.add_argument("--json", action="store_true", help="print one JSON object")
 
 
@@ -91,7 +99,7 @@ class Morph:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Read, deform, then write; 1 if cells are inverted."""
+    """Read, deform, then write; 1 if cells are inverted, or moved without being checked."""
     if len(args.files) < 2:
         raise InputError("morph needs at least one mesh and, last, a lattice")
     *sources, lattice_file = args.files
@@ -123,7 +131,8 @@ def run(args: argparse.Namespace) -> int:
     }  # fmt: skip
     lines = [*map(_line, morphs), _folds_line(folded)]
     emit(result, "\n".join(lines), args.json)
-    return 1 if result["inverted"] else 0
+    unseen = result["unchecked"] and result["moved"] and not args.allow_unchecked
+    return 1 if result["inverted"] or unseen else 0
 
 
 def edited(
@@ -176,6 +185,7 @@ def measured(mesh: Mesh, points: Array) -> dict[str, Any]:
     """Figures of a deformation."""
     from ffdstudio.meshes import inverted, safe_amplitude
 
+    seen = coverage(mesh)
     step = points - mesh.points
     safe = safe_amplitude(mesh, step)
     moved = (points.view(np.int64) != mesh.points.view(np.int64)).any(axis=1)
@@ -185,7 +195,9 @@ def measured(mesh: Mesh, points: Array) -> dict[str, Any]:
         "max_displacement": _largest(step),
         "markers": {name: _largest(step[mesh.marker_nodes(name)]) for name in mesh.boundaries},
         "inverted": inverted(mesh, points).count,
-        "safe_amplitude": safe if np.isfinite(safe) else None,  # None: nothing ever inverts
+        "safe_amplitude": safe if np.isfinite(safe) else None,  # None: nothing checked ever inverts
+        "unchecked": seen.missing,
+        "unchecked_types": seen.unchecked,
     }
 
 
@@ -223,11 +235,15 @@ def make_folder(folder: Path) -> None:
 
 def _together(results: list[dict[str, Any]]) -> dict[str, Any]:
     """Totals over all meshes, and each of them when there are several."""
-    total = {key: sum(result[key] for result in results) for key in ("nodes", "moved", "inverted")}
+    total = {key: sum(result[key] for result in results) for key in SUMMED}
     total["max_displacement"] = max(result["max_displacement"] for result in results)
     safe = [r["safe_amplitude"] for r in results if r["safe_amplitude"] is not None]
     total["safe_amplitude"] = min(safe, default=None)
     total["warnings"] = list(dict.fromkeys(w for result in results for w in result["warnings"]))
+    types = Counter[str]()
+    for result in results:
+        types.update(result["unchecked_types"])
+    total["unchecked_types"] = dict(types)
     if len(results) == 1:
         return {**results[0], **total}
     return {**total, "meshes": results}
@@ -254,11 +270,20 @@ def _folds_line(folded: Folds) -> str:
 
 def _line(morph: Morph) -> str:
     result = morph.result
-    safe = result["safe_amplitude"]
-    limit = "safe at any multiple" if safe is None else f"safe up to {safe:.6g} times that"
     walls = [f"{name} by up to {step:.4g}" for name, step in result["markers"].items() if step > 0]
     at = f" ({', '.join(walls[:MOST_NAMED])})" if walls else ""
     return (
         f"{morph.target}: {result['moved']} of {result['nodes']} nodes moved, by up to "
-        f"{result['max_displacement']:.4g}{at}; {limit}; {result['inverted']} inverted cells"
+        f"{result['max_displacement']:.4g}{at}; {_limit(result)}; "
+        f"{result['inverted']} inverted cells"
     )
+
+
+def _limit(result: dict[str, Any]) -> str:
+    """How far the cells are safe; what was not checked is never called so."""
+    safe = result["safe_amplitude"]
+    limit = "safe at any multiple" if safe is None else f"safe up to {safe:.6g} times that"
+    if not result["unchecked"]:
+        return limit
+    unseen = Coverage(unchecked=result["unchecked_types"])
+    return str(unseen) if safe is None else f"{unseen}, the others {limit}"

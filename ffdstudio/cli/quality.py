@@ -73,6 +73,7 @@ def table(report: Report, result: dict[str, Any], compared: bool) -> str:
     counts = f"{inverted}{result['negative']} with a negative corner"
     if result["negative"] and not compared:
         counts += " (whether they were turned inside out, the undeformed mesh tells: --against)"
+    counts += f"; {report.coverage}" if report.coverage.missing else ""
     lines = [f"{report.cells} cells, {counts}", ""]
     lines += [_aligned(row, widths) for row in rows]
     lines += ["", "beyond the limits of"]

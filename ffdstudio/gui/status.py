@@ -8,7 +8,7 @@ from PySide6.QtWidgets import QLabel, QProgressBar, QStatusBar, QToolButton
 from ffdstudio.gui.studio import Studio
 from ffdstudio.gui.subscriptions import Listening
 from ffdstudio.gui.theme import Theme
-from ffdstudio.project.checks.iterate_cells import checkable
+from ffdstudio.project.checks.iterate_cells import checkable, coverage_of
 from ffdstudio.project.studies.scrubbing import Scrub
 
 HINTS = {
@@ -88,12 +88,16 @@ class StatusLine(QStatusBar):
             moved = sum(v.moved for v in volumes if v is not None)
             counts = [v.inverted for v in volumes if v is not None and v.inverted is not None]
             text = f"{nodes:,} nodes, {moved:,} moved"
+            unseen = coverage_of(document)
             broken = [told for v in volumes if v is not None for told in v.broken]
             self.cells.setToolTip("\n".join(broken))
             if counts and sum(counts):
-                self._put(f"{text}, {sum(counts):,} inverted cells", "problem")
+                also = f", {unseen}" if unseen.missing else ""
+                self._put(f"{text}, {sum(counts):,} inverted cells{also}", "problem")
             elif broken:
                 self._put(f"{text}, {_short(broken)}", "warning")
+            elif unseen.missing:
+                self._put(f"{text}, {unseen}", "warning")
             elif counts:
                 self._put(f"{text}, no inverted cells", "good")
             else:
@@ -109,6 +113,8 @@ class StatusLine(QStatusBar):
             self._put(f"{text}, cells not checked yet", "muted")
         elif edit.inverted:
             self._put(f"{text}, {edit.inverted:,} inverted cells", "problem")
+        elif (unseen := coverage_of(document)).missing:
+            self._put(f"{text}, {unseen}", "warning")
         else:
             self._put(f"{text}, no inverted cells", "good")
 

@@ -11,20 +11,24 @@ from ffdstudio.meshes.writing import losses, write_mesh
 
 if TYPE_CHECKING:
     from ffdstudio.meshes.following import Follower
-    from ffdstudio.meshes.measures import inverted, quality
+    from ffdstudio.meshes.measures import Coverage, coverage, inverted, quality
     from ffdstudio.meshes.safety import safe_amplitude
 
 _LATER = {
+    "Coverage": "measures",
     "Follower": "following",
+    "coverage": "measures",
     "inverted": "measures",
     "quality": "measures",
     "safe_amplitude": "safety",
 }
 __all__ = [
+    "Coverage",
     "Faces",
     "Follower",
     "Mesh",
     "MeshWarning",
+    "coverage",
     "inverted",
     "losses",
     "quality",

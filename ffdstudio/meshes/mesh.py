@@ -110,6 +110,9 @@ class Mesh:
         Marker name -> the marker it is periodic with, where the file tells.
     links : tuple of Link
         Periodic and abutting boundaries whose nodes the file pairs one by one.
+    unread : dict
+        Cells of the file with an area or a volume that are not among `cells`, by the name that
+        the file gives their type -> how many. They move with their nodes, unseen.
     path, format : pathlib.Path or None, str
         Where it was read and in which format.
 
@@ -128,6 +131,7 @@ class Mesh:
     kinds: dict[str, str] = field(default_factory=dict)
     partners: dict[str, str] = field(default_factory=dict)
     links: tuple[Link, ...] = ()
+    unread: dict[str, int] = field(default_factory=dict)
     path: Path | None = None
     format: str = ""
     template: Template | None = field(default=None, repr=False)

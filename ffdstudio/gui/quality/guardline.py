@@ -48,7 +48,7 @@ def shapes(camera: Camera, said: Feedback) -> Iterator[Shape]:
     start, cursor, limit = camera.project(np.array(places))
     if not np.isfinite([start, cursor, limit]).all():
         return
-    colour = "danger" if verdict.beyond else "good"
+    colour = "danger" if verdict.beyond else "warning" if verdict.unseen.missing else "good"
     yield Line(tuple(start), tuple(limit if verdict.beyond else cursor), colour, 2.0)
     way = cursor - start
     length = float(np.linalg.norm(way))
@@ -64,13 +64,17 @@ def shapes(camera: Camera, said: Feedback) -> Iterator[Shape]:
 
 
 def words(verdict: Verdict) -> str:
-    """What the guard says at the cursor; nothing where no limit is in sight."""
+    """What the guard says at the cursor; nothing where no limit is in sight.
+
+    Cells that the guard does not know are told in any case: no drag of them is known to be safe.
+    """
     if verdict.state == "waiting":
         return "guard is being set up …"
     amplitude = verdict.stop.amplitude
+    unseen = str(verdict.unseen) if verdict.unseen.missing else ""
     if not (np.isfinite(amplitude) and amplitude < NEAR):
-        return ""
+        return unseen
     far = f"{amplitude * float(np.linalg.norm(verdict.asked)):.4g}"
     held = (verdict.vector != verdict.asked).any()
     said = "stopped at" if held else "beyond the limit" if verdict.beyond else "limit"
-    return f"{said} {far}: {verdict.reason}"
+    return f"{said} {far}: {verdict.reason}" + (f"; {unseen}" if unseen else "")

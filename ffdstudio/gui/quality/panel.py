@@ -200,10 +200,12 @@ class QualityPanel(QStackedWidget):
 
     def _fill_counts(self, report: Report) -> None:
         count = int(report.inverted.sum())
-        role = "problem" if count else "good"
+        unseen = report.coverage
+        role = "problem" if count else "warning" if unseen.missing else "good"
         cells = spaced(report.cells)
         text = f"{spaced(count)} of {cells} cells are inverted"
         text = text if count else f"None of {cells} cells is inverted"
+        text += f"; {unseen}" if unseen.missing else ""
         stale = "" if self._checks.current(self._choice.wanted.body) else " (measuring …)"
         put(self.inverted, text + stale, role)
         self.planes.fill(self._choice.wanted.body)

@@ -21,6 +21,7 @@ from ffdstudio.gui.study.runner import StudyRunner
 from ffdstudio.gui.study.runs import STATES
 from ffdstudio.gui.subscriptions import Listening
 from ffdstudio.gui.theme import Theme
+from ffdstudio.project.checks.iterate_cells import coverage_of
 from ffdstudio.project.studies.scrubbing import Scrub
 
 EMPTY = (
@@ -170,7 +171,10 @@ class StudyPanel(QWidget):
         say(self.shown, SHOWN.format(where) if ended else "")
         edit = self._studio.document.editing
         count = edit.inverted if isinstance(edit, Scrub) else None
-        say(self.cells, INVERTED.format(f"{count:,}".replace(",", "\u202f")) if count else "")
+        text = INVERTED.format(f"{count:,}".replace(",", "\u202f")) if count else ""
+        unseen = coverage_of(self._studio.document)
+        told = sentence(str(unseen)) if count is not None and unseen.missing else ""
+        say(self.cells, f"{text} {told}".strip())
 
     # ---- what the buttons do ------------------------------------------------------------------
 

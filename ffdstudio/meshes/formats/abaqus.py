@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import re
 import warnings
+from collections import Counter
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -23,7 +24,7 @@ from ffdstudio.aliases import Indices
 from ffdstudio.files import read_bytes
 from ffdstudio.meshes.formats import Progress
 from ffdstudio.meshes.formats.abaqus_blocks import Block, blocks_of, fields, first_blank, tokens
-from ffdstudio.meshes.formats.abaqus_types import kind_of
+from ffdstudio.meshes.formats.abaqus_types import is_slender, kind_of
 from ffdstudio.meshes.formats.number_table import pick_anywhere, pick_numbers
 from ffdstudio.meshes.formats.patch import TextTemplate
 from ffdstudio.meshes.formats.source import Source
@@ -60,6 +61,7 @@ class _Reader:
         self.ends: list[Indices] = []
         self.count = 0
         self.included: list[str] = []
+        self.unread: Counter[str] = Counter()
         self.instances: dict[str, str] = {}  # name in capitals -> part
 
     def mesh(self) -> Mesh:
@@ -81,7 +83,14 @@ class _Reader:
             first = self._resolve(part, first, cells, markers)
         joined = {kind: np.concatenate(nodes) for kind, nodes in cells.items()}
         template = TextTemplate(self.source.data, points, starts, ends)
-        return Mesh(points, joined, markers, dimension=starts.shape[1], template=template)
+        return Mesh(
+            points,
+            joined,
+            markers,
+            dimension=starts.shape[1],
+            unread=dict(self.unread),
+            template=template,
+        )
 
     def _take(self, block: Block) -> None:
         match block.keyword:
@@ -171,6 +180,8 @@ class _Reader:
             where = f" in {block.parameters['INPUT']}" if kind else ""
             title = block.parameters.get("TYPE", "?")
             self._warn(f"elements of type {title}{where} are kept but not shown")
+            if kind or not is_slender(title):
+                self.unread[title] += max(_records(self.source, block), 1)
             return
         name, count = kind
         blank = first_blank(self.source, block)
@@ -273,3 +284,14 @@ class _Reader:
         if wrong.any():
             raise self.source.failure(f"{what} {nodes[wrong][0]}, which is not there")
         return order[place]
+
+
+def _records(source: Source, block: Block) -> int:
+    """Number of elements of a block of an unknown type: a comma at the end goes on."""
+    lines = [
+        line.strip()
+        for begin, end in block.spans
+        for line in source.data[begin:end].splitlines()
+        if line.strip() and not line.lstrip().startswith(b"**")
+    ]
+    return sum(not line.endswith(b",") for line in lines)

@@ -15,6 +15,7 @@ from __future__ import annotations
 import os
 import re
 import warnings
+from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -44,12 +45,44 @@ ELEMENTS: dict[str, tuple[int, dict[int, str]]] = {
     "CPYRAM": (2, {5: "pyramid", 13: "pyramid13"}),
     "CPENTA": (2, {6: "wedge", 15: "wedge15"}),
     "CHEXA": (2, {8: "hexahedron", 20: "hexahedron20"}),
+    "CTRIA": (2, {3: "triangle"}),
+    "CQUAD": (2, {4: "quad", 8: "quad8", 9: "quad9"}),
+    "CSHEAR": (2, {4: "quad"}),
+    "CTRAX3": (2, {3: "triangle"}),
+    "CTRAX6": (2, {6: "triangle6"}),
+    "CTRIAX": (2, {3: "triangle", 6: "triangle6"}),
+    "CTRIAX6": (2, {3: "triangle", 6: "triangle6"}),
+    "CQUADX": (2, {4: "quad", 8: "quad8", 9: "quad9"}),
+    "CQUADX4": (2, {4: "quad"}),
+    "CQUADX8": (2, {4: "quad", 8: "quad8"}),
+    "CPLSTN3": (2, {3: "triangle"}),
+    "CPLSTN4": (2, {4: "quad"}),
+    "CPLSTN6": (2, {3: "triangle", 6: "triangle6"}),
+    "CPLSTN8": (2, {4: "quad", 8: "quad8"}),
+    "CPLSTS3": (2, {3: "triangle"}),
+    "CPLSTS4": (2, {4: "quad"}),
+    "CPLSTS6": (2, {3: "triangle", 6: "triangle6"}),
+    "CPLSTS8": (2, {4: "quad", 8: "quad8"}),
+    "CTWEDGE": (2, {6: "wedge"}),
+    "CIHEX1": (2, {8: "hexahedron"}),
+    "CIHEX2": (2, {8: "hexahedron", 20: "hexahedron20"}),
+    "CONROD": (1, {2: "line"}),
+    "CTUBE": (2, {2: "line"}),
     "CROD": (2, {2: "line"}),
     "CBAR": (2, {2: "line"}),
     "CBEAM": (2, {2: "line"}),
     "CBUSH": (2, {2: "line"}),
     "PLOTEL": (1, {2: "line"}),
 }
+ROUND = ("CTRIAX6",)  # corners and middles in turn
+# begins of cards with C that are no cells with an area or a volume
+NO_CELL = re.compile(
+    r"CORD|CEND|CELAS|CDAMP|CMASS|CONM|CONV|CONTR|CONCT|COMB|COND|CONS|CGAP|CVISC|CBEND|CBEAM|CBAR|"
+    r"CBUSH|CBUTT|CFAST|CWELD|CSEAM|CSPOT|CINT|CBELT|CPIPE|CSUP|CSET|CNGRET|CLOAD|CREEP|CYAX|CYJOIN|"
+    r"CYSUP|CYSYM|CYCL|CAERO|CAMPBL|CASE|CHECK|CSSCHD|CTYPE|CVEL|CROSS|CODU|COUNT|CURV|CHAN|CMREBAI|"
+    r"CMREBAR|CSTR|CRO|CPOINT|CFLUID|CBARAO|CSLOT|CHACAB|CMB|CMET|CMLIST|CMPL|CNVOL|CFLO|CL1D|CSPH|CSPR|CT$"
+)
+_CARD = re.compile(r"C[A-Z][A-Z0-9]{1,6}")
 _INCLUDE = re.compile(  # a name in quotes may go on in the next lines
     rb"^[ \t]*INCLUDE[ \t]+(?:'([^'$]{0,500})'|\"([^\"$]{0,500})\"|([^\s'\"]+))", re.I | re.M
 )
@@ -149,8 +182,10 @@ def read(path: Path, data: bytes, progress: Progress) -> Mesh:
             for number in np.unique(properties).tolist():
                 inside = markers.setdefault(f"property {number}", {})
                 inside.setdefault(kind, []).append(rows[properties == number])
+    unread = sum((_unread(part.deck) for part in grids), Counter())
     named: Markers = {name: _joined(parts) for name, parts in markers.items()}
-    return Mesh(points, _joined(cells), named, template=NastranTemplate(path, points, grids))
+    template = NastranTemplate(path, points, grids)
+    return Mesh(points, _joined(cells), named, unread=dict(unread), template=template)
 
 
 def _joined(parts: dict[str, list[Indices]]) -> Cells:
@@ -226,6 +261,24 @@ def _elements(deck: Deck) -> list[tuple[str, Indices, Indices]]:
     return found
 
 
+def _unread(deck: Deck) -> Counter[str]:
+    """Cards of cells that are not known here, which the user is told of."""
+    heads = np.ascontiguousarray(deck.heads[: deck.count]).view("S8")[:, 0]
+    names, counts = np.unique(heads[deck.heads[: deck.count, 0] == ord("C")], return_counts=True)
+    found: Counter[str] = Counter()
+    for head, count in zip(names.tolist(), counts.tolist(), strict=True):
+        name = head.decode("latin-1").strip().rstrip("*")
+        if name not in ELEMENTS and _CARD.fullmatch(name) and not NO_CELL.match(name):
+            found[name] += count
+    for name, count in found.items():
+        warnings.warn(
+            f"{deck.source.path.name}: {count} cards {name} are kept but not shown",
+            MeshWarning,
+            stacklevel=2,
+        )
+    return found
+
+
 def _of_card(
     deck: Deck, name: str, lines: Indices, star: bool
 ) -> list[tuple[str, Indices, Indices]]:
@@ -246,6 +299,8 @@ def _of_card(
     properties = table[:, 1] if skipped > 1 else np.zeros(len(lines), dtype=np.int64)
     found = []
     left = np.ones(len(lines), dtype=bool)
+    if name in ROUND:
+        nodes = nodes[:, [0, 2, 4, 1, 3, 5]]
     for count in sorted(types, reverse=True):
         full = left & (nodes[:, :count] > 0).all(axis=1)
         left &= ~full

@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib
 from typing import TYPE_CHECKING, Any
 
+from ffdstudio.meshes.measures.cell_coverage import Coverage, coverage
 from ffdstudio.meshes.measures.inversion import Inverted, inverted
 from ffdstudio.meshes.measures.standards import LIMITS, MEASURES, Limit, Measure
 
@@ -13,7 +14,18 @@ if TYPE_CHECKING:
     from ffdstudio.meshes.measures.report import Report
 
 _LATER = {"quality": "evaluate", "Report": "report"}  # these load numba
-__all__ = ["LIMITS", "MEASURES", "Inverted", "Limit", "Measure", "Report", "inverted", "quality"]
+__all__ = [
+    "LIMITS",
+    "MEASURES",
+    "Coverage",
+    "Inverted",
+    "Limit",
+    "Measure",
+    "Report",
+    "coverage",
+    "inverted",
+    "quality",
+]
 
 
 def __getattr__(name: str) -> Any:

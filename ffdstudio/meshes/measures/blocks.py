@@ -20,7 +20,7 @@ import numpy as np
 from ffdstudio.aliases import Array, Indices
 from ffdstudio.meshes.measures.recognise import ramps, recognised, sides, trihedra
 from ffdstudio.meshes.mesh import Faces, Mesh
-from ffdstudio.meshes.topology import base_type, corners, dimension
+from ffdstudio.meshes.topology import Cells, base_type, corners, dimension
 
 Groups = tuple[tuple[Indices, Indices], ...]
 CORNERS = {  # a corner and its neighbours, in the order that makes a good cell positive
@@ -124,13 +124,23 @@ def blocks_of(mesh: Mesh) -> Blocks:
     return _known[mesh]
 
 
+def is_checkable(kind: str) -> bool:
+    """Whether cells of this type can be checked for inversion."""
+    return base_type(kind) in CORNERS
+
+
+def top_dimension(cells: Cells) -> int:
+    """Highest dimension of the cells that can be checked."""
+    return max((dimension(kind) for kind in cells if is_checkable(kind)), default=0)
+
+
 def _listed(mesh: Mesh) -> Blocks:
-    top = max((dimension(kind) for kind in mesh.cells), default=0)
+    top = top_dimension(mesh.cells)
     blocks, groups, count, virtual = [], [], 0, len(mesh.points)
     for kind, nodes in mesh.cells.items():
-        base, corner = base_type(kind), np.ascontiguousarray(corners(kind, nodes))
-        if dimension(kind) != top or base not in CORNERS:
+        if dimension(kind) != top or not is_checkable(kind):
             continue
+        base, corner = base_type(kind), np.ascontiguousarray(corners(kind, nodes))
         ids = np.arange(count, count + len(corner))
         count += len(corner)
         if base == "polygon":

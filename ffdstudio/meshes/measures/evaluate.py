@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ffdstudio.errors import InputError
+from ffdstudio.meshes.measures.cell_coverage import coverage
 from ffdstudio.meshes.measures.incremental import State
 from ffdstudio.meshes.measures.inversion import deformed
 from ffdstudio.meshes.measures.report import Report
@@ -57,7 +58,7 @@ def quality(mesh: Mesh, points: ArrayLike | None = None) -> Report:
         measures["volume_ratio"] = measures["volume"] / before["volume"]
         if state.walls is not None:
             measures["first_layer_ratio"] = state.walls.ratio(measures["volume_ratio"], new)
-    return Report(measures, before, inverted, new, state)
+    return Report(measures, before, inverted, new, state, coverage(mesh))
 
 
 def state_of(mesh: Mesh) -> State:

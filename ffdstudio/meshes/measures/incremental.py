@@ -17,6 +17,7 @@ from ffdstudio.aliases import Array, Indices
 from ffdstudio.errors import InputError
 from ffdstudio.meshes.measures.bezier import INSIDE
 from ffdstudio.meshes.measures.blocks import blocks_of
+from ffdstudio.meshes.measures.cell_coverage import coverage
 from ffdstudio.meshes.measures.face_measures import Fabric
 from ffdstudio.meshes.measures.inversion import folded_since
 from ffdstudio.meshes.measures.layers import Walls
@@ -34,7 +35,10 @@ class State:
     def __init__(self, mesh: Mesh) -> None:
         self.undeformed, self.blocks, self.lock = mesh.points, blocks_of(mesh), Lock()
         if self.blocks.count == 0:
-            raise InputError(f"{mesh.path or 'the mesh'} has no cells whose quality could be told")
+            unseen = f": {coverage(mesh)}" if coverage(mesh).missing else ""
+            raise InputError(
+                f"{mesh.path or 'the mesh'} has no cells whose quality could be told{unseen}"
+            )
         self.points = mesh.points.copy()
         self.rest = self.blocks.extended(mesh.points)
         up = self.blocks.upright(self.rest)

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from ffdstudio.aliases import Array, Indices
+from ffdstudio.meshes.measures.cell_coverage import Coverage
 from ffdstudio.meshes.measures.incremental import State
 from ffdstudio.meshes.measures.solvers import dual_volumes, wrong_pyramids
 from ffdstudio.meshes.measures.standards import LIMITS, MEASURES, Limit
@@ -50,6 +51,8 @@ class Report:
         (cells,) mask, as `ffdstudio.meshes.inverted` has it.
     points : numpy.ndarray
         The (n, 3) points reported on.
+    coverage : Coverage
+        Which cells of the mesh this is about, and which were not checked.
     """
 
     measures: dict[str, Array]
@@ -57,6 +60,7 @@ class Report:
     inverted: np.ndarray
     points: Array
     state: State = field(repr=False)
+    coverage: Coverage = field(default_factory=Coverage)
 
     @property
     def cells(self) -> int:
@@ -141,6 +145,8 @@ class Report:
             "cells": self.cells,
             "inverted": int(self.inverted.sum()),
             "negative": self.negative,
+            "unchecked": self.coverage.missing,
+            "unchecked_types": self.coverage.unchecked,
             "inverted_cells": np.flatnonzero(self.inverted)[:100].tolist(),
             "measures": {name: self._entry(name, worst) for name in self.measures},
             "beyond": [

@@ -20,6 +20,7 @@ from ffdstudio.aliases import Array
 from ffdstudio.errors import InputError
 from ffdstudio.meshes.measures.bezier import INSIDE
 from ffdstudio.meshes.measures.blocks import Block, blocks_of
+from ffdstudio.meshes.measures.cell_coverage import coverage
 from ffdstudio.meshes.measures.corners import signs
 from ffdstudio.meshes.measures.inversion import deformed
 from ffdstudio.meshes.measures.vectors import pieces
@@ -52,6 +53,11 @@ class Guard:
     limits : Limits, optional
         What else must hold besides no cell inverting.
 
+    Attributes
+    ----------
+    coverage : Coverage
+        Which cells it knows, and which it does not.
+
     Raises
     ------
     InputError
@@ -79,6 +85,7 @@ class Guard:
         rest, self._start = blocks.extended(mesh.points), blocks.extended(start)
         self._b = blocks.extended(b[:, None])[:, 0]
         up = blocks.upright(rest)
+        self.coverage = coverage(mesh)
         self.region = Region()
         moving = blocks.of_cells(blocks.moved_cells(b != 0))
         for block in moving:

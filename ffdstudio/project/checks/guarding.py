@@ -11,7 +11,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -19,6 +19,7 @@ from psygnal import Signal
 
 from ffdstudio.aliases import Array
 from ffdstudio.errors import InputError
+from ffdstudio.meshes.measures.cell_coverage import Coverage, together
 from ffdstudio.meshes.safety.limits import PRESETS, Stop
 from ffdstudio.project.model import Index, LatticeItem, Model
 from ffdstudio.project.running import Progress
@@ -55,6 +56,8 @@ class Verdict:
         Name of the body that the limit comes from.
     state : str
         ``ready``; ``waiting`` while the guard is being made; ``none`` where there is none.
+    unseen : Coverage
+        Cells that the guard does not know, of all guarded bodies.
     """
 
     vector: Array
@@ -62,6 +65,7 @@ class Verdict:
     stop: Stop = NOWHERE
     body: str = ""
     state: str = "none"
+    unseen: Coverage = field(default_factory=Coverage)
 
     @property
     def beyond(self) -> bool:
@@ -159,7 +163,8 @@ class DragGuard:
         allowed = vector
         if self.mode == "stop" and stop.amplitude * (1 - MARGIN) < 1:
             allowed = vector * (stop.amplitude * (1 - MARGIN))
-        return Verdict(allowed, vector, stop, name, "ready")
+        unseen = together(guard.coverage for _, guard in guards)
+        return Verdict(allowed, vector, stop, name, "ready", unseen)
 
     # ---- making guards ------------------------------------------------------------------------
 

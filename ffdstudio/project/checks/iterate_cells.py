@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from ffdstudio.meshes.measures.cell_coverage import Coverage, together
 from ffdstudio.project.running import Progress, no_progress
 from ffdstudio.project.view.volume import countable
 
@@ -17,6 +18,12 @@ if TYPE_CHECKING:
 def checkable(document: Document) -> list[Body]:
     """Bodies whose cells can be inverted."""
     return [body for body in document.model.bodies if countable(body.mesh)]
+
+
+def coverage_of(document: Document) -> Coverage:
+    """Cells of all bodies that are checked, and that are not, as far as is known."""
+    volumes = [document.volume(body.key) for body in document.model.bodies]
+    return together(volume.coverage for volume in volumes if volume is not None)
 
 
 def count_inverted(

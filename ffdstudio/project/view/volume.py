@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from ffdstudio.aliases import Array
-from ffdstudio.meshes import Mesh
+from ffdstudio.meshes import Coverage, Mesh
 from ffdstudio.meshes.boundary_checks import broken
 from ffdstudio.meshes.topology import dimension
 from ffdstudio.project.followers import Follower
@@ -29,17 +29,21 @@ class Volume:
         that means nothing.
     broken : tuple of str
         What is no longer planar or no longer a pair, a sentence each (see `promises`).
+    coverage : Coverage
+        Which cells were looked at, and which were not.
     """
 
     points: Array
     moved: int
     inverted: int | None
     broken: tuple[str, ...] = ()
+    coverage: Coverage = field(default_factory=Coverage)
 
 
 def countable(mesh: Mesh) -> bool:
     """Whether cells of the mesh can be inverted: a volume, or a plane mesh."""
-    return mesh.faces is not None or any(dimension(k) == mesh.dimension for k in mesh.cells)
+    solid = any(dimension(kind) == mesh.dimension for kind in mesh.cells)
+    return mesh.faces is not None or solid or bool(mesh.unread)
 
 
 def work_out(
@@ -49,12 +53,13 @@ def work_out(
     progress: Progress = no_progress,
 ) -> Volume:
     """Move all nodes of a mesh and look for inverted cells."""
-    from ffdstudio.meshes import inverted
+    from ffdstudio.meshes import coverage, inverted
 
     points = nodes.embed([item for item in lattices if item.deformed], progress)
     moved = int((points != mesh.points).any(axis=1).sum())
     progress(0.7, "looking for inverted cells")
-    count = None
+    count, seen = None, Coverage()
     if countable(mesh):
         count = inverted(mesh, points).count if moved else 0
-    return Volume(points, moved, count, tuple(broken(mesh, points)) if moved else ())
+        seen = coverage(mesh)
+    return Volume(points, moved, count, tuple(broken(mesh, points)) if moved else (), seen)
