@@ -16,6 +16,7 @@ import numpy as np
 from ffdstudio.compiling import compiled
 
 ALONE, FIRST, SECOND, MANY = 0, 1, 2, 3
+Key = tuple[np.signedinteger, ...]
 FEW = 64  # faces in a bucket whose pairs are all compared
 
 
@@ -23,13 +24,12 @@ FEW = 64  # faces in a bucket whose pairs are all compared
 def smallest(nodes: np.ndarray, table: np.ndarray, row: int, face: int) -> int:
     """Least node of one face of one cell; triangles repeat their last corner."""
     least = min(nodes[row, table[face, 0]], nodes[row, table[face, 1]])
-    return min(least, min(nodes[row, table[face, 2]], nodes[row, table[face, 3]]))
+    other = min(nodes[row, table[face, 2]], nodes[row, table[face, 3]])
+    return int(min(least, other))
 
 
 @compiled
-def key_of(
-    nodes: np.ndarray, table: np.ndarray, row: int, face: int
-) -> tuple[np.signedinteger, ...]:
+def key_of(nodes: np.ndarray, table: np.ndarray, row: int, face: int) -> Key:
     """Smallest node, the next two as one number, and the largest one of a quad or -1."""
     a, b = np.int64(nodes[row, table[face, 0]]), np.int64(nodes[row, table[face, 1]])
     c, d = np.int64(nodes[row, table[face, 2]]), np.int64(nodes[row, table[face, 3]])

@@ -7,7 +7,7 @@ the mean of the cell's nodes.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,8 +15,8 @@ import numpy as np
 from ffdstudio.aliases import Array, Indices
 from ffdstudio.errors import InputError
 from ffdstudio.meshes.mesh import Faces
-from ffdstudio.meshes.pairing import MANY, loop_partners
-from ffdstudio.meshes.topology import FACES
+from ffdstudio.meshes.pairing import ALONE, MANY, loop_partners
+from ffdstudio.meshes.topology import FACES, Cells, corners, dimension
 
 PRISMS = {  # by number of nodes: what VTK calls pentagonal and hexagonal prism
     2 * n: (
@@ -43,6 +43,52 @@ def loops_of(kind: str, nodes: Indices, cells: Indices) -> Loops:
     flat = np.concatenate([np.array(face) for face in table])
     sizes = np.array([len(face) for face in table])
     return Loops(nodes[:, flat].ravel(), np.tile(sizes, len(nodes)), np.repeat(cells, len(table)))
+
+
+def faced(
+    points: Array,
+    cells: Cells,
+    solids: Sequence[tuple[str, Indices, Indices]],
+    polyhedra: Sequence[Loops],
+    what: str,
+) -> tuple[Faces, dict[str, int]]:
+    """Faces of all volume cells, and the cells that are lost on the way, by type.
+
+    Parameters
+    ----------
+    points : numpy.ndarray
+        (n, 3) coordinates.
+    cells : dict
+        All cells of known types; plane ones that are no faces of the others are lost.
+    solids : sequence
+        Type, nodes and number in the file of the volume cells among them, prisms besides.
+    polyhedra : sequence of Loops
+        The others, by number in the file.
+    what : str
+        Names the file where it is wrong.
+    """
+    lost: dict[str, int] = {}
+    parts, plain = list(polyhedra), []
+    for kind, nodes, place in solids:
+        if kind in FACES or kind == "prism":
+            plain.append(loops_of(kind, nodes, place))
+        else:
+            lost[kind] = lost.get(kind, 0) + len(nodes)
+    parts += plain
+    order = np.unique(np.concatenate([part.cells for part in parts]))
+    parts = [Loops(p.nodes, p.sizes, np.searchsorted(order, p.cells)) for p in parts]
+    for kind, nodes in cells.items():
+        free = 0 if dimension(kind) != 2 else _free(corners(kind, nodes), parts)
+        lost |= {kind: free} if free else {}
+    return faces_of(points, parts, what), lost
+
+
+def _free(rows: Indices, parts: Sequence[Loops]) -> int:
+    """Number of plane cells that are no face of these."""
+    nodes = np.concatenate([rows.ravel(), *(part.nodes for part in parts)])
+    sizes = np.concatenate([np.full(len(rows), rows.shape[1]), *(part.sizes for part in parts)])
+    partner = loop_partners(nodes, np.concatenate([[0], np.cumsum(sizes)]))[: len(rows)]
+    return int(((partner == ALONE) | ((partner >= 0) & (partner < len(rows)))).sum())
 
 
 def faces_of(points: Array, parts: Iterable[Loops], what: str) -> Faces:

@@ -15,12 +15,14 @@ from PySide6.QtTest import QTest
 
 from ffdstudio.engine import Lattice, embed
 from ffdstudio.gui.quality.guardline import words
-from ffdstudio.meshes import Mesh, quality
+from ffdstudio.meshes import Coverage, Mesh, quality
 from ffdstudio.meshes.measures import MEASURES
 from ffdstudio.meshes.safety.guard import Guard
 from ffdstudio.meshes.safety.limits import PRESETS, Stop
 from ffdstudio.project.checks.freezing import advice
 from ffdstudio.project.checks.guarding import Verdict
+from ffdstudio.project.checks.iterate_cells import coverage_of
+from tests.meshes.cell_files import nastran
 
 pytestmark = pytest.mark.display
 POINT = (2, 2, 2)
@@ -330,3 +332,29 @@ def test_the_section_is_coloured_by_the_cells_it_cuts(cubed: Any) -> None:
     cubed.trigger("quality.colour")
     cubed.idle()
     assert not cubed.window.sections.actors["body1"].faces.GetMapper().GetScalarVisibility()
+
+
+@pytest.mark.filterwarnings("ignore:.*kept but not shown")
+def test_cells_that_are_not_checked_are_told_wherever_cells_are(user: Any, tmp_path: Path) -> None:
+    deck = nastran(tmp_path / "deck.bdf", "CHEXA", more="CHEXOTIC,9,1,1,2,3,4\n")
+    user.open(deck)
+    user.build()
+    user.trigger("quality.show")
+    user.idle()
+    move(user, (0.01, 0.0, 0.0))
+    said = "1 cell not checked (1 CHEXOTIC)"
+    assert said in user.window.status.cells.text()
+    assert "no inverted cells" not in user.window.status.cells.text()
+    assert said in user.window.quality.panel.inverted.text()
+    document = user.window.document
+    assert document.volume("body1").coverage.missing == 1
+    assert coverage_of(document).unchecked == {"CHEXOTIC": 1}
+
+
+def test_a_guard_that_does_not_know_all_cells_says_so_at_the_cursor() -> None:
+    unseen = Coverage({"tetra": 1}, {"CHEXOTIC": 2})
+    step = np.array([1.0, 0, 0])
+    assert words(Verdict(step, step, Stop(np.inf), "a", "ready", unseen)) == str(unseen)
+    assert words(Verdict(step, step, Stop(2.0, "inversion"), "a", "ready", unseen)).endswith(
+        "; 2 cells not checked (2 CHEXOTIC)"
+    )

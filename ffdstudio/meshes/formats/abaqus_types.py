@@ -32,7 +32,7 @@ _PLANE = re.compile(
     r"(\d)(?!\d)"
 )
 _SHELL = re.compile(r"STRI(?:(3)|(6)5)")
-_LINE = re.compile(r"(?:T2D|T3D|R2D|DC1D|AC1D|F2D|RB2D|RB3D|RAX|CONN2D|CONN3D)(\d)|B[23](\d)")
+_LINE = re.compile(r"(?:T2D|T3D|R2D|DC1D|AC1D|F2D|RB2D|RB3D)(\d)|B[23](\d)")
 # what has neither area nor volume: beams, pipes, links, springs, masses, axisymmetric shells
 _SLENDER = re.compile(
     r"B[23]|PIPE|ELBOW|FRAME|T[23]D|RB[23]D|R2D|RAX|SAX|MAX|SFMAX|DSAX|DC1D|AC1D|DCC1D|SPRING|"

@@ -21,9 +21,11 @@ from ffdstudio.meshes.formats.normals import WithNormals
 from ffdstudio.meshes.formats.number_table import Rows, read_rows
 from ffdstudio.meshes.formats.patch import BinaryTemplate, TextTemplate, shortest
 from ffdstudio.meshes.formats.source import Source
+from ffdstudio.meshes.formats.vtkcells import strips
 from ffdstudio.meshes.mesh import Mesh, Template
 from ffdstudio.meshes.topology import Cells
 
+STRIPS = "tristrips"
 TYPES = {
     **dict.fromkeys(("char", "int8"), "i1"),
     **dict.fromkeys(("uchar", "uint8"), "u1"),
@@ -125,6 +127,8 @@ class _Ascii:
                 template = self._vertices(element, rows, part)
             elif element.name == "face":
                 cells = self._faces(element, rows, part)
+            elif element.name == STRIPS:
+                cells = _with_strips(cells, self._faces(element, rows, part))
             at += element.count
         assert template is not None
         return _checked(self.source, template, cells)
@@ -162,7 +166,7 @@ class _Binary:
     def mesh(self, elements: list[Element], begin: int) -> Mesh:
         at, cells, template = begin, {}, None
         for element in elements:
-            if template is not None and cells:
+            if template is not None and cells and STRIPS not in [e.name for e in elements]:
                 break
             if element.name == "vertex":
                 template = self._vertices(element, at)
@@ -170,6 +174,8 @@ class _Binary:
             found, at = self._lists(element, at) if lists else ({}, self._skip(element, at))
             if element.name == "face":
                 cells = found
+            elif element.name == STRIPS:
+                cells = _with_strips(cells, found)
         assert template is not None
         return _checked(self.source, template, cells)
 
@@ -246,6 +252,17 @@ class _Binary:
         if count < 0 or at + count * dtype.itemsize > len(self.source.data):
             raise self.source.failure("the file ends within its faces")
         return np.frombuffer(self.source.data, dtype, count, at)
+
+
+def _with_strips(cells: Cells, lists: Cells) -> Cells:
+    """Cells with the triangles of strips, which -1 divides within a list."""
+    flat = [np.append(row, -1) for nodes in lists.values() for row in nodes]
+    nodes = np.concatenate(flat) if flat else np.empty(0, dtype=np.int64)
+    ends = np.flatnonzero(nodes == -1)
+    begins = np.concatenate([[0], ends[:-1] + 1]) if len(ends) else ends
+    found = strips(nodes, begins, ends - begins)
+    known = cells.get("triangle", np.empty((0, 3), dtype=np.int64))
+    return {**cells, "triangle": np.concatenate([known, found])}
 
 
 def _name(size: int) -> str:

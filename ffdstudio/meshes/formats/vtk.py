@@ -20,9 +20,16 @@ from ffdstudio.meshes.formats.normals import WithNormals
 from ffdstudio.meshes.formats.number_table import pick_numbers, split_tokens
 from ffdstudio.meshes.formats.patch import BinaryTemplate, TextTemplate, shortest
 from ffdstudio.meshes.formats.source import Source
-from ffdstudio.meshes.formats.vtkcells import SIZED, block_cells, cells_of, offsets_of
+from ffdstudio.meshes.formats.vtkcells import (
+    POLYHEDRON,
+    SIZED,
+    Collected,
+    block_cells,
+    offsets_of,
+    streams,
+)
 from ffdstudio.meshes.mesh import Mesh, Template
-from ffdstudio.meshes.topology import Cells
+from ffdstudio.meshes.polyhedra import Loops
 
 TYPES = {
     "float": ">f4",
@@ -43,7 +50,7 @@ TYPES = {
 }
 DATASETS = ("UNSTRUCTURED_GRID", "POLYDATA", "STRUCTURED_GRID")
 _NORMALS = re.compile(rb"^[ \t]*NORMALS[ \t]", re.I | re.M)
-POLYDATA = {"VERTICES": 1, "LINES": 3, "POLYGONS": 7}
+POLYDATA = {"VERTICES": 1, "LINES": 3, "POLYGONS": 7, "TRIANGLE_STRIPS": 6}
 
 
 def read(path: Path, data: bytes, progress: Progress) -> Mesh:
@@ -96,7 +103,7 @@ class _Reader:
         template: Template = self.template
         if _NORMALS.search(self.source.data, self.at):
             template = WithNormals(self.template, "normals")
-        return Mesh(points, self._cells(len(points)), template=template)
+        return self._cells(len(points)).mesh(points, template)
 
     def _section(self, words: list[str], begin: int) -> None:
         match words:
@@ -108,7 +115,11 @@ class _Reader:
                 self.shape = tuple(self._count(n, begin) for n in numbers)
             case ["POINTS", count, kind]:
                 self._points(self._count(count, begin), kind.lower(), begin)
-            case ["CELLS" | "VERTICES" | "LINES" | "POLYGONS" as key, count, size]:
+            case [
+                "CELLS" | "VERTICES" | "LINES" | "POLYGONS" | "TRIANGLE_STRIPS" as key,
+                count,
+                size,
+            ]:
                 self._lists(key, self._count(count, begin), self._count(size, begin), begin)
             case ["CELL_TYPES", count]:
                 self.types = self._numbers(self._count(count, begin), ">i4", begin).astype(np.int64)
@@ -209,12 +220,13 @@ class _Reader:
             at += 1 + numbers[at]
         return offsets_of(flat[begins]), np.delete(flat[:at], begins)
 
-    def _cells(self, count: int) -> Cells:
+    def _cells(self, count: int) -> Collected:
+        found = Collected(self.source)
         if self.shape:
             if int(np.prod(self.shape)) != count:
                 raise self.source.failure(f"DIMENSIONS {self.shape} do not fit {count} points")
-            return block_cells(self.shape)
-        cells: Cells = {}
+            found.take(block_cells(self.shape))
+            return found
         for number, offsets, nodes in self.cells:
             types = np.full(len(offsets) - 1, number)
             if number == 0:
@@ -223,8 +235,26 @@ class _Reader:
                 pairs = np.setdiff1d(np.arange(len(nodes) - 1), offsets[1:-1] - 1)
                 nodes = np.stack([nodes[pairs], nodes[pairs + 1]], axis=1).ravel()
                 offsets, types = 2 * np.arange(len(pairs) + 1), np.full(len(pairs), 3)
-            cells |= cells_of(self.source, offsets, nodes, types, count)
-        return cells
+            nodes, loops = self._polyhedra(offsets, nodes, types)
+            found.add(offsets, nodes, types, count, 0, loops)
+        return found
+
+    def _polyhedra(
+        self, offsets: Indices, nodes: Indices, types: Indices
+    ) -> tuple[Indices, Loops | None]:
+        """Faces of the polyhedra, whose "nodes" are streams of faces, and nodes without these."""
+        chosen = np.flatnonzero(types == POLYHEDRON)
+        if not len(chosen) or len(types) != len(offsets) - 1:
+            return nodes, None
+        try:
+            loops = streams(nodes, offsets[chosen], chosen)
+        except IndexError:
+            raise self.source.failure("the faces of a polyhedron do not add up") from None
+        plain = nodes.copy()
+        size = np.diff(offsets)[chosen]
+        step = np.arange(size.sum()) - np.repeat(np.cumsum(size) - size, size)
+        plain[np.repeat(offsets[chosen], size) + step] = 0
+        return plain, loops
 
 
 def write_new(mesh: Mesh, path: Path) -> None:

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import warnings
+from collections import Counter
 
 import numpy as np
 
-from ffdstudio.aliases import Indices
+from ffdstudio.aliases import Array, Indices
 from ffdstudio.meshes.formats.source import Source
-from ffdstudio.meshes.mesh import MeshWarning
-from ffdstudio.meshes.topology import Cells
+from ffdstudio.meshes.mesh import Mesh, MeshWarning, Template
+from ffdstudio.meshes.polyhedra import Loops, faced
+from ffdstudio.meshes.topology import CORNERS, Cells, dimension
 
 SIZED = {  # VTK's number -> name and number of nodes
     1: ("vertex", 1),
@@ -29,7 +31,23 @@ SIZED = {  # VTK's number -> name and number of nodes
     27: ("pyramid13", 13),
     28: ("quad9", 9),
     29: ("hexahedron27", 27),
+    30: ("quad6", 6),
+    31: ("wedge12", 12),
+    32: ("wedge18", 18),
+    33: ("hexahedron24", 24),
+    34: ("triangle7", 7),
+    37: ("pyramid19", 19),
 }
+LAGRANGE = {  # VTK's number -> its corners; of any order, told by the number of nodes
+    69: "triangle",
+    70: "quad",
+    71: "tetra",
+    72: "hexahedron",
+    73: "wedge",
+    74: "pyramid",
+}
+SLENDER = (0, 2, 4, 35, 60, 68, 75)  # nothing, points, lines and curves
+STRIP, POLYHEDRON, PRISM_TYPES = 6, 42, {15: 10, 16: 12}
 SWAPPED = {8: ("quad", [0, 1, 3, 2]), 11: ("hexahedron", [0, 1, 3, 2, 4, 5, 7, 6])}
 POLYGON = 7
 MIDDLE_BEFORE_TOP = {  # VTK's order for formats that list the middle edges before the upper ones
@@ -38,57 +56,192 @@ MIDDLE_BEFORE_TOP = {  # VTK's order for formats that list the middle edges befo
 }
 
 
-def cells_of(source: Source, offsets: Indices, nodes: Indices, types: Indices, count: int) -> Cells:
-    """Cells by type from VTK's flat arrays.
+class Collected:
+    """Cells of a VTK file, piece by piece.
 
-    Parameters
+    Attributes
     ----------
-    offsets : numpy.ndarray
-        (cells + 1,) where each cell begins in `nodes`.
-    nodes, types : numpy.ndarray
-        Node indices of all cells, and VTK's number for each cell.
-    count : int
-        Number of points.
-
-    Raises
-    ------
-    InputError
-        If the arrays do not fit each other or a node does not exist.
+    unread : Counter
+        Cells with an area or a volume of types that are not known here.
     """
-    sizes = np.diff(offsets)
-    if len(sizes) != len(types) or offsets[0] != 0 or offsets[-1] > len(nodes) or (sizes < 0).any():
-        raise source.failure("the offsets, nodes and types of the cells do not fit each other")
-    if nodes.size and not (nodes.min() >= 0 and nodes.max() < count):
-        raise source.failure(f"a cell refers to a point that is not in 0 to {count - 1}")
-    parts: dict[str, list[Indices]] = {}
-    for number in np.unique(types).tolist():
-        chosen = np.flatnonzero(types == number)
-        for name, rows in _rows(source, number, offsets[chosen], sizes[chosen]):
-            parts.setdefault(name, []).append(nodes[rows])
-    return {name: np.concatenate(found) for name, found in parts.items()}
 
+    def __init__(self, source: Source) -> None:
+        self.source = source
+        self.unread: Counter[str] = Counter()
+        self._parts: dict[str, list[Indices]] = {}
+        self._solids: list[tuple[str, Indices, Indices]] = []  # type, nodes, place in the file
+        self._loops: list[Loops] = []
+        self._count = 0  # cells of the pieces so far
 
-def _rows(
-    source: Source, number: int, begins: Indices, sizes: Indices
-) -> list[tuple[str, Indices]]:
-    """Names and places of the nodes of cells that have the same VTK number."""
-    if number in SIZED or number in SWAPPED:
-        name, order = SWAPPED.get(number) or (SIZED[number][0], list(range(SIZED[number][1])))
-        if (sizes != len(order)).any():
-            raise source.failure(f"a {name} with another number of nodes than {len(order)}")
-        return [(name, begins[:, None] + np.array(order))]
-    if number != POLYGON:
+    def take(self, cells: Cells, first: int = 0) -> None:
+        """Add cells of known types whose nodes begin at `first`."""
+        for name, nodes in cells.items():
+            self._parts.setdefault(name, []).append(nodes + first)
+
+    def add(
+        self,
+        offsets: Indices,
+        nodes: Indices,
+        types: Indices,
+        count: int,
+        first: int = 0,
+        polyhedra: Loops | None = None,
+    ) -> None:
+        """Add the cells of a piece from VTK's flat arrays.
+
+        Parameters
+        ----------
+        offsets : numpy.ndarray
+            (cells + 1,) where each cell begins in `nodes`.
+        nodes, types : numpy.ndarray
+            Node indices of all cells, and VTK's number for each cell.
+        count, first : int
+            Number of points of the piece, and of those before it.
+        polyhedra : Loops, optional
+            Faces of the polyhedra, by the number of the cell in the piece.
+
+        Raises
+        ------
+        InputError
+            If the arrays do not fit each other or a node does not exist.
+        """
+        sizes = np.diff(offsets)
+        fit = len(sizes) == len(types) and offsets[0] == 0 and offsets[-1] <= len(nodes)
+        if not fit or (sizes < 0).any():
+            raise self.source.failure("the offsets, nodes and types of the cells do not fit")
+        self._check(nodes, count)
+        for number in np.unique(types).tolist():
+            chosen = np.flatnonzero(types == number)
+            place = self._count + chosen
+            if number == STRIP:
+                self.take({"triangle": strips(nodes, offsets[chosen], sizes[chosen])}, first)
+            elif number == POLYHEDRON:
+                self._polyhedra(polyhedra, len(chosen), count, first)
+            elif number in PRISM_TYPES:
+                self._sized(chosen, sizes, PRISM_TYPES[number], "prism")
+                rows = nodes[offsets[chosen][:, None] + np.arange(PRISM_TYPES[number])]
+                self._solids.append(("prism", rows + first, place))
+            else:
+                for name, rows in self._rows(number, offsets[chosen], sizes[chosen]):
+                    self._parts.setdefault(name, []).append(nodes[rows] + first)
+                    self._remember(name, place)
+        self._count += len(types)
+
+    def _remember(self, name: str, place: Indices) -> None:
+        if dimension(name) == 3:
+            self._solids.append((name, self._parts[name][-1], place))
+
+    def _check(self, nodes: Indices, count: int) -> None:
+        if nodes.size and not (nodes.min() >= 0 and nodes.max() < count):
+            raise self.source.failure(f"a cell refers to a point that is not in 0 to {count - 1}")
+
+    def _sized(self, chosen: Indices, sizes: Indices, wanted: int, name: str) -> None:
+        if (sizes[chosen] != wanted).any():
+            raise self.source.failure(f"a {name} with another number of nodes than {wanted}")
+
+    def _polyhedra(self, found: Loops | None, many: int, count: int, first: int) -> None:
+        if found is None:
+            self.unread["polyhedron"] += many
+            self._warn(POLYHEDRON)
+            return
+        self._check(found.nodes, count)
+        if len(np.unique(found.cells)) != many or (found.sizes < 3).any():
+            raise self.source.failure("the faces of the polyhedra do not fit the cells")
+        self._loops.append(Loops(found.nodes + first, found.sizes, found.cells + self._count))
+
+    def _rows(self, number: int, begins: Indices, sizes: Indices) -> list[tuple[str, Indices]]:
+        """Names and places of the nodes of cells that have the same VTK number."""
+        if number in SIZED or number in SWAPPED:
+            name, order = SWAPPED.get(number) or (SIZED[number][0], list(range(SIZED[number][1])))
+            self._sized(np.arange(len(sizes)), sizes, len(order), name)
+            return [(name, begins[:, None] + np.array(order))]
+        if number in SLENDER:
+            return []
+        if number in LAGRANGE:
+            return [
+                (name_of(LAGRANGE[number], size), begins[sizes == size][:, None] + np.arange(size))
+                for size in np.unique(sizes).tolist()
+            ]
+        if number != POLYGON:
+            self.unread[f"VTK type {number}"] += len(begins)
+            self._warn(number)
+            return []
+        return [
+            (polygon_name(size), begins[sizes == size][:, None] + np.arange(size))
+            for size in np.unique(sizes).tolist()
+            if size > 0
+        ]
+
+    def _warn(self, number: int) -> None:
         warnings.warn(
-            f"{source.path.name}: cells of VTK's type {number} are kept but not shown",
+            f"{self.source.path.name}: cells of VTK's type {number} are kept but not shown",
             MeshWarning,
             stacklevel=2,
         )
-        return []
-    return [
-        (polygon_name(size), begins[sizes == size][:, None] + np.arange(size))
-        for size in np.unique(sizes).tolist()
-        if size > 0
-    ]
+
+    def mesh(self, points: Array, template: Template) -> Mesh:
+        """Mesh of all pieces; of faces where there are polyhedra."""
+        cells = {name: np.concatenate(found) for name, found in self._parts.items()}
+        if not self._loops and not any(name == "prism" for name, _, _ in self._solids):
+            return Mesh(points, cells, unread=dict(self.unread), template=template)
+        faces, unread = faced(points, cells, self._solids, self._loops, str(self.source.path))
+        unread = dict(self.unread + Counter(unread))
+        return Mesh(points, faces=faces, unread=unread, template=template)
+
+
+def strips(nodes: Indices, begins: Indices, sizes: Indices) -> Indices:
+    """Triangles of strips: every second one is turned round, so that all look the same way.
+
+    Examples
+    --------
+    >>> strips(np.array([7, 8, 9, 6]), np.array([0]), np.array([4])).tolist()
+    [[7, 8, 9], [9, 8, 6]]
+    """
+    many = np.maximum(sizes - 2, 0)
+    step = np.arange(many.sum()) - np.repeat(np.cumsum(many) - many, many)
+    rows = nodes[np.repeat(begins, many)[:, None] + step[:, None] + np.arange(3)]
+    odd = step % 2 == 1
+    rows[odd] = rows[odd][:, [1, 0, 2]]
+    kept: Indices = rows[(rows != np.roll(rows, 1, axis=1)).all(axis=1)]
+    return kept
+
+
+def streams(values: Indices, begins: Indices, cells: Indices) -> Loops:
+    """Faces of polyhedra from VTK's streams: how many faces, then size and nodes of each.
+
+    Raises
+    ------
+    IndexError
+        If a stream runs beyond the values.
+    """
+    starts: list[int] = []
+    sizes: list[int] = []
+    owner: list[int] = []
+    for begin, cell in zip(begins.tolist(), cells.tolist(), strict=True):
+        at = begin + 1
+        for _ in range(int(values[begin])):
+            size = int(values[at])
+            if size < 0 or at + size >= len(values):
+                raise IndexError(at)
+            starts.append(at + 1)
+            sizes.append(size)
+            owner.append(cell)
+            at += size + 1
+    many = np.array(sizes, dtype=np.int64)
+    step = np.arange(many.sum()) - np.repeat(np.cumsum(many) - many, many)
+    nodes = values[np.repeat(np.array(starts, dtype=np.int64), many) + step]
+    return Loops(nodes, many, np.array(owner, dtype=np.int64))
+
+
+def name_of(base: str, size: int) -> str:
+    """Type of a cell with that many nodes.
+
+    Examples
+    --------
+    >>> name_of("hexahedron", 64), name_of("hexahedron", 8)
+    ('hexahedron64', 'hexahedron')
+    """
+    return base if size == CORNERS[base] else f"{base}{size}"
 
 
 def polygon_name(size: int) -> str:

@@ -21,12 +21,18 @@ from ffdstudio.meshes.formats import Progress
 from ffdstudio.meshes.formats.normals import WithNormals
 from ffdstudio.meshes.formats.patch import changed, put, rounded, shortest, warn_if_rounded
 from ffdstudio.meshes.formats.source import Source
-from ffdstudio.meshes.formats.vtkcells import block_cells, cells_of, offsets_of
+from ffdstudio.meshes.formats.vtkcells import (
+    POLYHEDRON,
+    Collected,
+    block_cells,
+    offsets_of,
+    streams,
+)
 from ffdstudio.meshes.formats.xmlarray import DataArray, Layout, Tag, parse
 from ffdstudio.meshes.mesh import Mesh
-from ffdstudio.meshes.topology import Cells
+from ffdstudio.meshes.polyhedra import Loops
 
-POLYDATA = {"Verts": 1, "Lines": 3, "Polys": 7}
+POLYDATA = {"Verts": 1, "Lines": 3, "Strips": 6, "Polys": 7}
 Edit = tuple[int, int, bytes]
 
 
@@ -102,14 +108,13 @@ def read(path: Path, data: bytes, progress: Progress) -> Mesh:
         raise source.failure("there is no Piece in this file")
     parts = [_points(array) for array in arrays]
     first = offsets_of(np.array([len(part) for part in parts]))
-    joined: dict[str, list[Indices]] = {}
+    found = Collected(source)
     for piece, part, start in zip(pieces, parts, first, strict=False):
-        for name, nodes in _cells(layout, piece, len(part)).items():
-            joined.setdefault(name, []).append(nodes + start)
+        _cells(found, layout, piece, len(part), int(start))
     points = np.concatenate(parts)
     plain = XmlTemplate(data, points, arrays, _offsets(layout, root))
     template = WithNormals(plain, "normals") if _has_normals(root) else plain
-    return Mesh(points, {name: np.concatenate(n) for name, n in joined.items()}, template=template)
+    return found.mesh(points, template)
 
 
 def _points_array(layout: Layout, piece: Tag) -> DataArray:
@@ -168,24 +173,60 @@ def _offsets(layout: Layout, root: Tag) -> list[tuple[int, int, str]]:
     return found
 
 
-def _cells(layout: Layout, piece: Tag, count: int) -> Cells:
+def _cells(found: Collected, layout: Layout, piece: Tag, count: int, first: int) -> None:
     cells = piece.child("Cells")
     if cells:
         many = _count(layout, piece, "NumberOfCells")
         types = _array(layout, cells, "types", many)
         begins, nodes = _lists(layout, cells, many)
-        return cells_of(layout.source, begins, nodes, types, count)
-    if piece.get("Extent"):
-        return block_cells(_shape(layout, piece))
-    found: Cells = {}
+        found.add(begins, nodes, types, count, first, _polyhedra(layout, cells, types))
+    elif piece.get("Extent"):
+        found.take(block_cells(_shape(layout, piece)), first)
     for name, number in POLYDATA.items():
         tag = piece.child(name)
         if tag and tag.children:
             many = _count(layout, piece, f"NumberOf{name}")
             begins, nodes = _lists(layout, tag, many)
             types = np.where(np.diff(begins) == 2, 3, 4) if number == 3 else np.full(many, number)
-            found |= cells_of(layout.source, begins, nodes, types, count)
-    return found
+            found.add(begins, nodes, types, count, first)
+
+
+def _polyhedra(layout: Layout, cells: Tag, types: Indices) -> Loops | None:
+    """Faces of the polyhedra of a piece, as streams or, since version 2.3, in four arrays."""
+    chosen = np.flatnonzero(types == POLYHEDRON)
+    names = {child.get("Name") for child in cells.children}
+    if not len(chosen):
+        return None
+    try:
+        if "faceoffsets" in names:
+            return _streamed(layout, cells, chosen, len(types))
+        if "polyhedron_to_faces" in names:
+            return _arrayed(layout, cells, chosen, len(types))
+    except IndexError:
+        raise layout.source.failure("the faces of a polyhedron do not add up") from None
+    return None
+
+
+def _streamed(layout: Layout, cells: Tag, chosen: Indices, many: int) -> Loops:
+    ends = _array(layout, cells, "faceoffsets", many)
+    values = _array(layout, cells, "faces", int(ends.max(initial=0)))
+    before = np.concatenate([[0], np.maximum.accumulate(ends)[:-1]])
+    return streams(values, np.maximum(before, 0)[chosen], chosen)
+
+
+def _arrayed(layout: Layout, cells: Tag, chosen: Indices, many: int) -> Loops:
+    ends = np.concatenate([[0], _array(layout, cells, "polyhedron_offsets", many)])
+    count = np.diff(ends)[chosen]
+    mine = _array(layout, cells, "polyhedron_to_faces", int(ends[-1]))
+    faces = np.concatenate(
+        [[0], _array(layout, cells, "face_offsets", int(mine.max(initial=-1)) + 1)]
+    )
+    nodes = _array(layout, cells, "face_connectivity", int(faces[-1]))
+    if (count < 0).any() or (np.diff(faces) < 0).any() or mine.min(initial=0) < 0:
+        raise IndexError
+    sizes = np.diff(faces)[mine]
+    step = np.arange(sizes.sum()) - np.repeat(np.cumsum(sizes) - sizes, sizes)
+    return Loops(nodes[np.repeat(faces[mine], sizes) + step], sizes, np.repeat(chosen, count))
 
 
 def _lists(layout: Layout, tag: Tag, many: int) -> tuple[Indices, Indices]:
