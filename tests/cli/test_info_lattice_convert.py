@@ -19,6 +19,7 @@ def test_info_of_a_mesh(ffdstudio, square):
         "dimension": 2,
         "nodes": 81,
         "cells": {"triangle": 128},
+        "unchecked": {},
         "markers": {"bottom": 8, "top": 8},
         "bounds": [[0, 0, 0], [1, 1, 0]],
         "lattices": [],
