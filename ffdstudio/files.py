@@ -159,13 +159,15 @@ def _stage(target: Path, data: bytes, staged: Staged) -> None:
     with contextlib.suppress(OSError, ValueError):
         _remove_litter(target)
     temporary = _name_beside(target)
-    with temporary.open("xb") as stream:
-        staged.append((target, temporary))
+    # what takes the place of another file is nobody else's until it has that one's mode
+    temporary.touch(0o666 if mode is None else 0o600, exist_ok=False)
+    staged.append((target, temporary))
+    if mode is not None:
+        temporary.chmod(mode)
+    with temporary.open("wb") as stream:
         stream.write(data)
         stream.flush()
         os.fsync(stream.fileno())
-    if mode is not None:
-        temporary.chmod(mode)
 
 
 def _remove_litter(target: Path) -> None:
@@ -239,6 +241,7 @@ def _second_name(target: Path) -> Path | None:
         os.link(target, name)
     except OSError:
         try:
+            name.touch(0o600, exist_ok=False)
             shutil.copy2(target, name)
         except BaseException:
             _clear([name])

@@ -101,7 +101,12 @@ def test_litter_that_cannot_be_removed_does_not_hide_the_cause(target, monkeypat
 
 
 def test_a_folder_that_cannot_be_flushed_is_no_failure(target, monkeypatch):
-    monkeypatch.setattr(os, "open", fail)
+    plain = os.open
+
+    def open_no_folder(path, *args, **kwargs):
+        return fail() if Path(path).is_dir() else plain(path, *args, **kwargs)
+
+    monkeypatch.setattr(os, "open", open_no_folder)
     write_bytes(target, NEW)
     monkeypatch.undo()
     assert target.read_bytes() == NEW
@@ -316,3 +321,31 @@ def test_one_that_fails_among_those_held_back_leaves_nothing_of_itself(tmp_path,
         with pytest.raises(InputError):
             write_bytes(tmp_path / "no" / "file", NEW)
     assert only_file_in(tmp_path).read_bytes() == NEW
+
+
+@pytest.mark.parametrize("mode", [0o600, 0o640, 0o664])
+def test_what_takes_the_place_of_a_file_is_never_more_open_than_it(target, monkeypatch, mode):
+    """From its first byte on, also while several files wait to be put in place."""
+    target.chmod(mode)
+    other = target.with_name("other.bin")
+    seen = []
+
+    def look(descriptor):
+        seen.extend(p.stat().st_mode & 0o777 & ~mode for p in target.parent.iterdir())
+
+    write = Path.touch
+
+    def touched(path, *args, **kwargs):
+        write(path, *args, **kwargs)
+        look(None)
+
+    monkeypatch.setattr(Path, "touch", touched)
+    monkeypatch.setattr(os, "fsync", look)
+    monkeypatch.setattr(os, "link", fail)  # a disk without second names: a copy is kept
+    with together():
+        write_bytes(target, NEW)
+        remove(other)
+        look(None)
+    assert set(seen) == {0}
+    assert target.stat().st_mode & 0o777 == mode
+    assert target.read_bytes() == NEW

@@ -18,6 +18,7 @@ from ffdstudio.exchange.morphed import write_morphed
 from ffdstudio.meshes import Mesh
 from ffdstudio.optimize import plots
 from ffdstudio.optimize.cases.case import Case, read_case
+from ffdstudio.optimize.consent import Consent
 from ffdstudio.optimize.objectives.base import Objective
 from ffdstudio.optimize.objectives.chords import InChords
 from ffdstudio.optimize.objectives.remembered import Remembered
@@ -37,6 +38,12 @@ def add(parser: argparse.ArgumentParser) -> None:
         "-o", "--output", type=named, metavar="DIR", help="folder for log and results"
     )
     parser.add_argument("--resume", action="store_true", help="go on where the log in DIR ends")
+    parser.add_argument(
+        "--trust",
+        action="store_true",
+        help="let programs and functions run that came inside a project or a folder of a record; "
+        "those of a case file that you name need no leave",
+    )
     parser.add_argument("--json", action="store_true", help="print one JSON object")
 
 
@@ -45,7 +52,7 @@ def run(args: argparse.Namespace) -> int:
     folder = None if args.output is None else Path(args.output)
     if folder is not None:
         make_folder(folder)
-    case = read_case(args.case, folder, args.resume)
+    case = read_case(args.case, folder, args.resume, Consent(everything=args.trust))
     history = _ran(case, args.case)
     result = figures(history) | _recalled(case.task.objective)
     if folder is not None:

@@ -15,13 +15,19 @@ from numpy.typing import NDArray
 
 _MAGIC = b"\x93NUMPY\x01\x00"
 _HEADER = re.compile(
-    rb"\{'descr': '([<>|][biuf]\d{1,2})', 'fortran_order': (True|False), "
+    rb"\{'descr': '([<>|][biuf]\d{1,2}|<U\d{1,9})', 'fortran_order': (True|False), "
     rb"'shape': \(((?:\d{1,18}, )*(?:\d{1,18},?)?)\), \} *\n"
 )
 
 
-def loads(data: bytes) -> NDArray[Any]:
+def loads(data: bytes, text: bool = False) -> NDArray[Any]:
     """Return the array in the content of a ``.npy`` file.
+
+    Parameters
+    ----------
+    data : bytes
+    text : bool
+        Whether it may hold texts instead of numbers.
 
     Raises
     ------
@@ -41,6 +47,8 @@ def loads(data: bytes) -> NDArray[Any]:
     match = _HEADER.fullmatch(data[10:begin])
     if not data.startswith(_MAGIC) or match is None:
         raise ValueError("not the header of an array of numbers")
+    if match[1].startswith(b"<U") and not text:
+        raise ValueError("texts, no numbers")
     try:
         dtype = np.dtype(match[1].decode())
     except TypeError as error:

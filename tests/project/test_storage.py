@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 
 from ffdstudio import InputError, Lattice, Project
-from ffdstudio.project.files import archive, references
+from ffdstudio.containers import archive
+from ffdstudio.project.files import references
 from ffdstudio.project.files.opening import read_record
 from ffdstudio.project.files.records import BodyRecord, LatticeRecord, ProjectFile
 from ffdstudio.project.files.references import on_disk

@@ -8,13 +8,13 @@ without a slash is looked for on the PATH, one with a slash beside the case file
 from __future__ import annotations
 
 import os
-import tomllib
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from ffdstudio.containers import stricttoml
 from ffdstudio.engine import Lattice, embed
 from ffdstudio.errors import InputError
 from ffdstudio.files import read_bytes
@@ -25,6 +25,7 @@ from ffdstudio.optimize.cases.rules import constraints_of, refinement_of, rules_
 from ffdstudio.optimize.cases.schema import BUDGET, LATTICE, METHOD, SHAPE, TABLES
 from ffdstudio.optimize.cases.tables import Table
 from ffdstudio.optimize.catalog.methods import method_kind
+from ffdstudio.optimize.consent import Consent, source_of
 from ffdstudio.optimize.geometry.sections import trailing_gap
 from ffdstudio.optimize.geometry.shapes import Shape, is_section, mesh_shape, section_shape
 from ffdstudio.optimize.runs.study import Study, Task
@@ -56,7 +57,10 @@ class Case:
 
 
 def read_case(
-    path: str | os.PathLike[str], folder: str | os.PathLike[str] | None = None, resume: bool = False
+    path: str | os.PathLike[str],
+    folder: str | os.PathLike[str] | None = None,
+    resume: bool = False,
+    consent: Consent | None = None,
 ) -> Case:
     """Read a case file and set its study up.
 
@@ -66,28 +70,34 @@ def read_case(
         Where the log and the evaluations go.
     resume : bool
         Go on where the log there ends.
+    consent : Consent, optional
+        What may run of a case that came inside something else; see `consent`.
 
     Raises
     ------
     InputError
         If the file is no TOML or says something that no case can say.
     """
+    values = stricttoml.loads(read_bytes(path), os.fspath(path))
+    target = None if folder is None else Path(folder)
+    place = Place(Path(path).parent, target, resume, source_of(path), consent)
     try:
-        values = tomllib.loads(read_bytes(path).decode())
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise InputError(f"{os.fspath(path)} is no TOML file: {error}") from error
-    try:
-        return build(values, Path(path).parent, None if folder is None else Path(folder), resume)
+        return built(values, place)
     except InputError as error:
         raise InputError(f"{os.fspath(path)}: {error}") from error
 
 
 def build(values: dict[str, Any], beside: Path, folder: Path | None, resume: bool) -> Case:
-    """Case from the tables of a file that lies in `beside`."""
+    """Case from the tables of a file that the user names and that lies in `beside`."""
+    return built(values, Place(beside, folder, resume))
+
+
+def built(values: dict[str, Any], place: Place) -> Case:
+    """Case from the tables of a file that lies at a place."""
     unknown = set(values) - set(TABLES)
     if unknown:
         raise InputError(f"a case knows no [{sorted(unknown)[0]}]; it knows {', '.join(TABLES)}")
-    place, given = Place(beside, folder, resume), {name: values.get(name, {}) for name in TABLES}
+    given = {name: values.get(name, {}) for name in TABLES}
     of_shape = Table(given["shape"], "shape", SHAPE)
     box = Table(given["lattice"], "lattice", LATTICE)
     goal = objective_table(given["objective"])
@@ -114,11 +124,11 @@ def build(values: dict[str, Any], beside: Path, folder: Path | None, resume: boo
         method_kind(method["name"])(carry_memory=method["carry_memory"]),
         refinement,
         Budget(budget["evaluations"], budget["iterations"], budget["tolerance"]),
-        folder=folder,
-        resume=resume,
+        folder=place.folder,
+        resume=place.resume,
     )
     follower = of_shape["mesh"]
-    mesh = read_mesh(beside / follower) if follower else shape.mesh
+    mesh = read_mesh(place.beside / follower) if follower else shape.mesh
     return Case(shape, rest, task, study, mesh)
 
 

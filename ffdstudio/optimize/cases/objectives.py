@@ -14,6 +14,7 @@ from ffdstudio.errors import InputError
 from ffdstudio.optimize.cases.rules import of_kind
 from ffdstudio.optimize.cases.schema import DEFORMED, OBJECTIVES
 from ffdstudio.optimize.cases.tables import Table
+from ffdstudio.optimize.consent import Consent, Kind, Order, located, require
 from ffdstudio.optimize.flow.panel import PanelFlow
 from ffdstudio.optimize.flow.pressure_table import panels, read_pressures
 from ffdstudio.optimize.geometry.contour import Contour, upper_side
@@ -42,11 +43,17 @@ class Place(NamedTuple):
     folder : pathlib.Path or None
         Of the results.
     resume : bool
+    source : pathlib.Path or None
+        Project or record that the case came inside; None if the user names it.
+    consent : Consent, optional
+        What may run of a case that did; nothing by default.
     """
 
     beside: Path
     folder: Path | None = None
     resume: bool = False
+    source: Path | None = None
+    consent: Consent | None = None
 
     def located(self, source: str) -> str:
         """Path beside the case file; names of sections stay as they are."""
@@ -147,20 +154,18 @@ def _flow(table: Table, shape: Shape, place: Place) -> Objective:
 
 def _function(table: Table, shape: Shape, place: Place) -> Objective:
     """A module may lie beside the case file; spawned processes look there too."""
+    _allowed("function", [table["name"]], place)
     beside = str(place.beside.resolve())
     if beside not in sys.path:
         sys.path.append(beside)
-    try:
-        return PythonFunction(table["name"], table["gradient"], table["processes"])
-    except SystemExit as end:
-        raise table.refuse("name", f"its module called sys.exit({end.code!r})") from end
+    return PythonFunction(table["name"], table["gradient"], table["processes"])
 
 
 def _program(table: Table, shape: Shape, place: Place) -> Objective:
     if place.folder is None:
         raise InputError("an external program needs a folder for its evaluations: -o DIR")
     return ExternalProgram(
-        [_beside(word, place.beside) for word in table["command"]],
+        located(_allowed("program", table["command"], place), place.beside),
         place.folder / "runs",
         shape.mesh,
         table["sensitivity"],
@@ -169,9 +174,10 @@ def _program(table: Table, shape: Shape, place: Place) -> Objective:
     )
 
 
-def _beside(word: str, beside: Path) -> str:
-    path = beside / word
-    return str(path.resolve()) if "/" in word and path.exists() else word
+def _allowed(kind: Kind, words: list[str], place: Place) -> list[str]:
+    """The words of a program or function that may run."""
+    require(Order(kind, tuple(words), place.source), place.consent or Consent())
+    return words
 
 
 def _neural(table: Table, shape: Shape, place: Place) -> Objective:

@@ -70,6 +70,11 @@ def named(name: str) -> Callable[[Array], Any]:
         function = getattr(importlib.import_module(module), attribute) if colon else None
     except (ImportError, AttributeError) as error:
         raise InputError(f"cannot import the function {name}: {error}") from error
+    except SystemExit as end:
+        raise InputError(f"{name}: its module called sys.exit({end.code!r})") from end
+    except Exception as error:  # somebody else's module: whatever it may be
+        cause = f"{type(error).__name__}: {error}"
+        raise InputError(f"cannot import the function {name}: {cause}") from error
     if not callable(function):
         raise InputError(f'{name!r} must read "module:function"')
     result: Callable[[Array], Any] = function
@@ -87,9 +92,11 @@ def checked(result: Any, points: Array, differentiable: bool) -> Evaluation:
     """Evaluation from what a function returned."""
     value, gradient = result if isinstance(result, tuple) else (result, None)
     try:
+        if isinstance(value, bool | np.bool_ | str | bytes):
+            raise TypeError
         number = float(value)
         rows = None if gradient is None else np.asarray(gradient, dtype=np.float64)
-    except (TypeError, ValueError) as error:
+    except (TypeError, ValueError, OverflowError) as error:
         raise EvaluationError(f"the objective returned {value!r}, no number") from error
     if not math.isfinite(number):
         raise NotFinite(f"the objective returned {number}, no finite number")

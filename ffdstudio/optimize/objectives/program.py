@@ -142,11 +142,11 @@ class ExternalProgram(Objective):
     def _result(self, place: Path, count: int, gradient: bool) -> Evaluation:
         path = place / "result.json"
         try:
-            result = json.loads(read_bytes(path))
-            value = float(result["value"])
-            measures = {str(k): float(v) for k, v in result.get("measures", {}).items()}
-        except (ValueError, TypeError, KeyError, AttributeError) as error:
+            value, measures = _values(read_bytes(path))
+        except (ValueError, TypeError, KeyError, AttributeError, OverflowError) as error:
             raise EvaluationError(f"{path} does not hold a value: {error}") from error
+        except RecursionError as error:
+            raise EvaluationError(f"{path} does not hold a value: nested too deeply") from error
         for name, number in {"value": value, **measures}.items():
             if not math.isfinite(number):
                 raise EvaluationError(f"{path} holds the {name} {number}, no finite number")
@@ -154,10 +154,23 @@ class ExternalProgram(Objective):
         return Evaluation(value, rows, flow=1, adjoint=int(gradient), measures=measures)
 
 
+def _values(data: bytes) -> tuple[float, dict[str, float]]:
+    """Value and measures of ``result.json``; NaN gets a message of its own."""
+    result = json.loads(data)
+    measures = result.get("measures", {})
+    return _number(result["value"], "value"), {k: _number(v, k) for k, v in measures.items()}
+
+
+def _number(value: object, name: str) -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise TypeError(f"{name} is {json.dumps(value)[:40]}, no number")
+    return float(value)
+
+
 def _sensitivity(path: Path, count: int) -> Array:
     try:
         rows = np.loadtxt(read_bytes(path).decode().splitlines(), delimiter=",", ndmin=2)
-    except ValueError as error:
+    except (ValueError, OverflowError) as error:
         raise EvaluationError(f"{path} is no table of numbers: {error}") from error
     if rows.shape != (count, 3) or not np.isfinite(rows).all():
         raise EvaluationError(f"{path} must hold {count} rows of three finite numbers")

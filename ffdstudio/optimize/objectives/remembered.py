@@ -14,6 +14,8 @@ from typing import Any
 import numpy as np
 
 from ffdstudio.aliases import Array
+from ffdstudio.containers import archive, npy, strictjson
+from ffdstudio.containers.strictjson import field
 from ffdstudio.errors import InputError
 from ffdstudio.files import read_bytes, write_bytes
 from ffdstudio.optimize.objectives.base import Evaluation, Objective, Request, Start
@@ -90,7 +92,7 @@ class Remembered(Objective):
         path = self._path(points)
         if not (self._resume or path in self._own) or not path.exists():
             return None
-        found = _read(path)
+        found = _read(path, points)
         if found is None or (gradient and found.gradient is None):
             return None
         self.recalled += path not in self._own
@@ -103,14 +105,27 @@ class Remembered(Objective):
         return found
 
 
-def _read(path: Path) -> Evaluation | None:
+def _read(path: Path, points: Array) -> Evaluation | None:
+    """Evaluation that a file holds; None if it is not, to the last field, one of ours."""
     try:
-        with np.load(io.BytesIO(read_bytes(path)), allow_pickle=False) as stored:
-            head = json.loads(str(stored["head"]))
-            gradient = stored["gradient"] if "gradient" in stored.files else None
-        return Evaluation(gradient=gradient, **head)
-    except (ValueError, TypeError, KeyError, OSError, EOFError):
+        entries = archive.unpack(read_bytes(path), path.name)
+        head = strictjson.loads(str(npy.loads(entries["head.npy"], text=True)).encode(), path.name)
+        rows = npy.loads(entries["gradient.npy"]) if "gradient.npy" in entries else None
+        fields = _checked(head)
+    except (ValueError, TypeError, KeyError):
         return None
+    if rows is not None and not (rows.shape == points.shape and np.isfinite(rows).all()):
+        return None
+    return Evaluation(gradient=None if rows is None else rows.astype(np.float64), **fields)
+
+
+def _checked(head: dict[str, Any]) -> dict[str, Any]:
+    """The fields of an evaluation, or an `InputError`."""
+    value, measures = field(head, "value", (float, int), "it"), field(head, "measures", dict, "it")
+    if any(isinstance(x, bool) or not isinstance(x, float | int) for x in measures.values()):
+        raise InputError("a measure that is no number")
+    counts = {name: field(head, name, int, "it") for name in ("flow", "adjoint")}
+    return {"value": float(value), "measures": measures, **counts}
 
 
 def _write(path: Path, found: Evaluation) -> None:

@@ -21,6 +21,7 @@ from ffdstudio.aliases import Array
 from ffdstudio.engine import Lattice
 from ffdstudio.errors import InputError
 from ffdstudio.files import read_bytes, write_bytes
+from ffdstudio.limits import check_nesting
 from ffdstudio.optimize.ending import Ending, Reason
 
 LOG = "log.jsonl"
@@ -137,8 +138,17 @@ def pack(lattice: Lattice) -> dict[str, Any]:
 
 
 def unpack(stored: dict[str, Any]) -> Lattice:
-    """A lattice from plain lists."""
-    return Lattice(**stored)
+    """A lattice from plain lists.
+
+    Raises
+    ------
+    InputError
+        If these are no lattice.
+    """
+    try:
+        return Lattice(**stored)
+    except (TypeError, OverflowError) as error:
+        raise InputError(f"this is no lattice of a study's record: {error}") from error
 
 
 def read_log(folder: str | Path) -> History:
@@ -156,15 +166,46 @@ def _parsed(path: Path) -> Iterator[Record]:
     lines = read_bytes(path).split(b"\n")
     for number, line in enumerate(lines[:-1], start=1):  # the last one is unfinished or empty
         try:
-            yield _record(json.loads(line))
-        except (ValueError, TypeError) as error:
+            yield _record(line.decode())
+        except (ValueError, TypeError, KeyError, OverflowError, RecursionError) as error:
             raise InputError(f"line {number} of {path} is no record of a study") from error
 
 
-def _record(fields: dict[str, Any]) -> Record:
-    told = fields.pop("ending", None)
+def _record(line: str) -> Record:
+    """Record of a line, each field of its own type; costs may be NaN or infinite."""
+    check_nesting(line)
+    said = json.loads(line)
+    for name, value in said.items():
+        kinds, inner = _KINDS.get(name, ((object,), ()))
+        items = list(value.values() if isinstance(value, dict) else value) if inner else []
+        _check_kind(value, kinds)
+        for item in items:
+            _check_kind(item, inner)
+    told = said.pop("ending", None)
     ending = None if told is None else Ending(**told | {"reason": Reason(told["reason"])})
-    return Record(**fields, ending=ending)
+    record = Record(**said, ending=ending)
+    if record.lattice is not None:
+        unpack(record.lattice)
+    return record
+
+
+def _check_kind(value: object, kinds: tuple[type, ...]) -> None:
+    if isinstance(value, bool) or not isinstance(value, kinds):
+        raise TypeError(value)
+
+
+_NUMBER = (int, float)
+_KINDS: dict[str, tuple[tuple[type, ...], tuple[type, ...]]] = {
+    "kind": ((str,), ()),
+    "note": ((str,), ()),
+    "lattice": ((dict,), ()),
+    "y": ((list,), _NUMBER),
+    "measures": ((dict,), _NUMBER),
+    **dict.fromkeys(("evaluation", "iteration", "level", "variables"), ((int,), ())),
+    **dict.fromkeys(("flow", "adjoint"), ((int,), ())),
+    **dict.fromkeys(("cost", "gradient", "seconds"), (_NUMBER, ())),
+}
+"""Types of the fields of a record, and of what is in those that hold several."""
 
 
 class Log:

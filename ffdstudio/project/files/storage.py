@@ -17,11 +17,12 @@ from pathlib import Path
 from typing import Any
 
 import ffdstudio
+from ffdstudio.containers import archive
 from ffdstudio.containers.strictjson import check_version, field, loads
 from ffdstudio.engine import Lattice
 from ffdstudio.errors import InputError
 from ffdstudio.files import read_bytes, write_bytes
-from ffdstudio.project.files import archive, references
+from ffdstudio.project.files import references
 from ffdstudio.project.files.encoding import decode, encode
 from ffdstudio.project.files.records import BodyRecord, LatticeRecord, ProjectFile
 

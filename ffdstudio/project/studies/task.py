@@ -11,7 +11,6 @@ from __future__ import annotations
 import shlex
 import tempfile
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -23,6 +22,7 @@ from ffdstudio.engine.embedding import Embedding
 from ffdstudio.errors import InputError
 from ffdstudio.optimize import constraints as measures
 from ffdstudio.optimize.catalog.methods import method_kind
+from ffdstudio.optimize.consent import located
 from ffdstudio.optimize.constraints import Constraint, placed
 from ffdstudio.optimize.fits.fitting import TRIGGERS
 from ffdstudio.optimize.geometry.chord import Chord
@@ -219,16 +219,17 @@ def _program(plan: Plan, model: Model, body: Body, item: LatticeItem) -> Any:
         triangles = _triangles(body, plan.marker)
         surface = Surface.triangles(points, triangles)
     folder = tempfile.mkdtemp(prefix="ffdstudio-study-")
-    command = [_located(word, body.path.parent) for word in shlex.split(plan.target)]
+    command = located(_words(plan.target), body.path.parent)
     objective = ExternalProgram(command, folder, body.mesh, plan.sensitivity, plan.time_limit)
     embedding = _all_inside(item, points)
     return objective, embedding, surface, ErrorMonitor(embedding), triangles
 
 
-def _located(word: str, beside: Path) -> str:
-    """Path of a file that lies beside the mesh; other words stay as they are."""
-    path = beside / word
-    return str(path) if path.is_file() else word
+def _words(command: str) -> list[str]:
+    try:
+        return shlex.split(command)
+    except ValueError as error:  # a quotation without its end
+        raise InputError(f"the command {command!r} cannot be understood: {error}") from None
 
 
 def _triangles(body: Body, marker: str) -> NDArray[np.int64]:
