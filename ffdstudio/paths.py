@@ -85,3 +85,21 @@ def inside(folder: str | os.PathLike[str], name: str) -> Path:
     if real != home and not real.startswith(os.path.join(home, "")):  # noqa: PTH118
         raise InputError(f"{name!r} leaves the folder {os.fspath(folder)}")
     return path
+
+
+def refuse_links_out(folder: str | os.PathLike[str]) -> None:
+    """Refuse a folder to be written on with a symbolic link in it that leads out of it.
+
+    The names of a study's files are known, so that a link in a folder from elsewhere would
+    choose which file of ours is overwritten.
+
+    Raises
+    ------
+    InputError
+        The message names the first such link.
+    """
+    for place, folders, files in os.walk(folder):
+        for name in (*folders, *files):
+            path = Path(place, name)
+            if path.is_symlink():
+                inside(folder, os.path.relpath(path, folder))

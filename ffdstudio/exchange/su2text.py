@@ -231,7 +231,7 @@ def _corners(reader: _Reader, dimension: int) -> Array:
             f"{reader.name}: FFD_CORNER_POINTS= must be {2**dimension} in {dimension}D, not {count}"
         )
     rows = [vector(line.split(), reader.name) for line in reader.lines(count)]
-    if any(len(row) < dimension for row in rows):
+    if any(not dimension <= len(row) <= 3 for row in rows):
         raise InputError(f"{reader.name}: an FFD corner needs {dimension} coordinates")
     return np.array([row[:dimension] for row in rows])
 

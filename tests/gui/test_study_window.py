@@ -370,7 +370,7 @@ def test_a_program_drives_a_study_and_its_failure_loses_nothing(studio, foil, fa
     script.write_text(PROGRAM.replace("LAST", "3").replace("FAIL", fail))
     form = studio.room.panel.form
     form.objective.setCurrentIndex(form.objective.findData("program"))
-    form.target.setText(f"{sys.executable} solver.py")
+    form.target.setText(f"{sys.executable} ./solver.py")
     form.sensitivity.setChecked(True)
     form.time_limit.setValue(3)
     form.indicator.setCurrentIndex(form.indicator.findData(""))

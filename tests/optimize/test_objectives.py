@@ -92,6 +92,18 @@ def test_an_objective_without_gradient_is_refined_by_differences():
         ("open('result.json', 'w').write('nonsense')", "does not hold a value"),
         ("open('result.json', 'w').write('{\"value\": NaN}')", "no finite number"),
         ("open('result.json', 'w').write('{\"value\": 1, \"measures\": {\"cl\": NaN}}')", "cl nan"),
+        ("open('result.json', 'w').write('{\"value\": true}')", "value is true, no number"),
+        ("open('result.json', 'w').write('{\"value\": \"12\"}')", "no number"),
+        ("open('result.json', 'w').write('{\"value\": null}')", "value is null, no number"),
+        (
+            "open('result.json', 'w').write('{\"value\": 1, \"measures\": {\"cl\": false}}')",
+            "cl is",
+        ),
+        ("open('result.json', 'w').write('{\"value\": 1, \"measures\": [1]}')", "not hold"),
+        ("open('result.json', 'w').write('{\"value\": 1' + '0' * 400 + '}')", "not hold"),
+        ("open('result.json', 'w').write('[' * 100000)", "nested"),
+        ("open('result.json', 'w').write('[1]')", "does not hold a value"),
+        ("open('result.json', 'wb').write(b'\\xff\\xfe1')", "does not hold a value"),
         ("pass", "cannot read"),
     ],
 )

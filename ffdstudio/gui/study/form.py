@@ -54,7 +54,7 @@ EXAMPLES = {
     "contour": "file, or naca2412",
     "pressure": "file, or naca2412",
     "surface": "mesh file",
-    "program": "python3 solver.py",
+    "program": "python3 ./solver.py",
 }
 RESIDUAL_METHODS = ("gauss-newton", "minimax")
 TARGETS = (

@@ -51,6 +51,10 @@ def read(path: Path, data: bytes, progress: Progress) -> Mesh:
     if (np.diff(first[1 : nodes + cells + 2]) < 4).any():
         bad = 1 + int(np.flatnonzero(np.diff(first[1 : nodes + cells + 2]) < 4)[0])
         raise source.error(int(starts[first[bad]]), "this line is too short")
+    wide = np.flatnonzero(np.diff(first[1 : nodes + 2]) != 4)
+    if len(wide):
+        place = int(starts[first[1 + wide[0]]])
+        raise source.error(place, "a node has an index and three coordinates")
     where = first[1 : nodes + 1][:, None] + np.arange(1, 4)
     points = pick_numbers(source, starts[where].ravel(), ends[where].ravel()).reshape(-1, 3)
     ids = pick_numbers(source, starts[first[1 : nodes + 1]], ends[first[1 : nodes + 1]], np.int64)

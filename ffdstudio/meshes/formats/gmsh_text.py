@@ -76,6 +76,10 @@ class Old(_Text):
         """Read the nodes."""
         rows = self.rows(np.float64, "Nodes", "NOD", "ParametricNodes")
         first = self._table(rows, 4, "nodes")
+        wide = np.flatnonzero(rows.widths[1:] > 4)
+        if len(wide) and "ParametricNodes" not in self.sections:
+            place = int(rows.places[1 + wide[0]])
+            raise self.source.error(place, "a node has an index and three coordinates")
         template = self.template(rows, first[:, None] + np.arange(1, 4))
         return Nodes(rows.values[first].astype(np.int64), template)
 

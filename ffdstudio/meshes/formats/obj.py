@@ -64,6 +64,10 @@ def read(path: Path, data: bytes, progress: Progress) -> Mesh:
     lines = Lines.of(source)
     vertices = lines.beginning(b"v")
     _need(lines, vertices, 4, "a vertex needs x, y and z")
+    wide = vertices[~np.isin(lines.widths[vertices], (4, 5, 7, 8))]
+    if len(wide):  # besides x, y, z a weight, a colour or both are known
+        place = int(lines.starts[lines.first[wide[0]]])
+        raise source.error(place, f"a vertex of {lines.widths[wide[0]] - 1} numbers is not known")
     where = lines.first[vertices][:, None] + np.arange(1, 4)
     starts, ends = lines.starts[where], lines.ends[where]
     if not len(vertices):

@@ -140,7 +140,8 @@ def _check(source: Source, line: np.ndarray, facets: Indices, starts: Indices, t
     expected = np.resize(np.frombuffer(FACET, dtype=np.uint8), len(line))
     words = np.resize([5, 2, 4, 4, 4, 1, 1], len(line))
     follows = np.append(facets[1:], total) - facets
-    wrong = np.flatnonzero((line != expected) | (follows < words))
+    wide = (words == 4) & (follows > 4)  # which of its numbers are the coordinates?
+    wrong = np.flatnonzero((line != expected) | (follows < words) | wide)
     if len(wrong):
         place = int(starts[facets[wrong[0]]])
         raise source.error(place, "this is not the line of a facet that belongs here")

@@ -202,6 +202,7 @@ class _Reader:
         if len(short):
             place = int(rows.places[short[0]])
             raise self.source.error(place, f"a node needs {axes} coordinates")
+        self._indexed_alike(rows, axes, halos=len(section.value.split()) > 1)
         where = rows.columns(axes)
         points = np.zeros((len(rows), 3))
         points[:, :axes] = rows.values[where]
@@ -212,6 +213,28 @@ class _Reader:
         self.points.append(points)
         self.starts.append(rows.starts[where])
         self.ends.append(rows.ends[where])
+
+    def _indexed_alike(self, rows: Rows, axes: int, halos: bool) -> None:
+        """Refuse a node with other numbers behind its coordinates than the other nodes.
+
+        There may be an index, or a local and a global one, which halo nodes alone may have. A
+        number too many in one line may as well stand before the coordinates, and would shift them.
+        """
+        widths = rows.widths
+        if not halos:
+            usual = int(np.bincount(np.minimum(widths, axes + 3), minlength=1).argmax())
+            for odd in np.flatnonzero(widths != usual)[:1]:
+                found = f"this node has {widths[odd]} numbers, others {usual}"
+                raise self.source.error(int(rows.places[odd]), found)
+        for odd in np.flatnonzero(widths > axes + 2)[:1]:
+            found = f"this node has {widths[odd]} numbers, {axes + 2} at most are known"
+            raise self.source.error(int(rows.places[odd]), found)
+        for column in (axes, axes + 1):
+            behind = np.flatnonzero(widths > column)
+            indices = rows.values[rows.first[behind] + column]
+            for odd in behind[~np.isfinite(indices) | (indices != np.floor(indices))][:1]:
+                found = "behind the coordinates of a node stands no index"
+                raise self.source.error(int(rows.places[odd]), found)
 
     def _elements(self, section: Section, first: int, count: int) -> Cells:
         rows = self._rows(section, np.int64, "elements")

@@ -30,6 +30,7 @@ from ffdstudio.optimize.geometry.sections import trailing_gap
 from ffdstudio.optimize.geometry.shapes import Shape, is_section, mesh_shape, section_shape
 from ffdstudio.optimize.runs.study import Study, Task
 from ffdstudio.optimize.variables.metrics import Surface
+from ffdstudio.paths import refuse_links_out
 
 RESIDUALS = ("contour", "surface")  # objectives that have them
 LARGEST = 20_000  # control points of a lattice
@@ -80,6 +81,8 @@ def read_case(
     """
     values = stricttoml.loads(read_bytes(path), os.fspath(path))
     target = None if folder is None else Path(folder)
+    if target is not None and resume:
+        refuse_links_out(target)
     place = Place(Path(path).parent, target, resume, source_of(path), consent)
     try:
         return built(values, place)

@@ -175,6 +175,7 @@ def _record(line: str) -> Record:
     """Record of a line, each field of its own type; costs may be NaN or infinite."""
     check_nesting(line)
     said = json.loads(line)
+    _check_kind(said, (dict,))
     for name, value in said.items():
         kinds, inner = _KINDS.get(name, ((object,), ()))
         items = list(value.values() if isinstance(value, dict) else value) if inner else []
