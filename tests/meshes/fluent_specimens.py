@@ -91,3 +91,68 @@ def fluent_sector(path: Path, binary: int = 0, mixed: bool = False) -> None:
     names = ["2 fluid air", "3 interior inside", "4 periodic low", "5 shadow high", "6 wall hull"]
     parts += [f"(45 ({name})())\n".encode() for name in names]
     path.write_bytes(b"".join(parts))
+
+
+def fluent_hdf(path: Path, names: bool = True, zones: int = 1, **storage) -> None:
+    """The same sector in HDF5, its nodes in so many zones."""
+    import h5py
+
+    points, faces = sector()
+    rows = [row for part in faces.values() for row in part]
+    sizes = [len(part) for part in faces.values()]
+    ends = np.cumsum(sizes)
+    with h5py.File(path, "w") as file:
+        file.create_group("settings")
+        mesh = file.create_group("meshes/1")
+        counts = {"dimension": 3, "node": len(points), "face": len(rows), "cell": 12}
+        mesh.attrs["dimension"] = np.array([3], np.int32)
+        for key in ("node", "face", "cell"):
+            mesh.attrs[f"{key}Offset"] = np.array([1], np.uint64)
+            mesh.attrs[f"{key}Count"] = np.array([counts[key]], np.uint64)
+
+        def limited(item, first, last):
+            item.attrs["minId"] = np.array([first], np.uint64)
+            item.attrs["maxId"] = np.array([last], np.uint64)
+
+        def table(where, **columns):
+            group = mesh.create_group(f"{where}/zoneTopology")
+            group.attrs["nZones"] = np.array([len(columns["id"])], np.uint64)
+            for key, values in columns.items():
+                wide = key in ("minId", "maxId", "dimension")
+                group[key] = np.array(values, np.uint64 if wide else np.int32)
+            return group
+
+        parts = np.array_split(np.arange(len(points)), zones)
+        limits = [(part[0] + 1, part[-1] + 1) for part in parts]
+        low, high = zip(*limits, strict=True)
+        table("nodes", id=range(1, zones + 1), minId=low, maxId=high, dimension=[3] * zones)
+        for k, part in enumerate(parts, start=1):
+            item = mesh.create_dataset(f"nodes/coords/{k}", data=points[part], **storage)
+            limited(item, part[0] + 1, part[-1] + 1)
+        table("cells", id=[2], minId=[1], maxId=[12], dimension=[3], cellType=[4], childZoneId=[0])
+        topology = table(
+            "faces",
+            id=[3, 4, 5, 6],
+            minId=ends - sizes + 1,
+            maxId=ends,
+            dimension=[2] * 4,
+            zoneType=[2, 12, 8, 3],
+            faceType=[4] * 4,
+            childZoneId=[0] * 4,
+            shadowZoneId=[0, 5, 4, 0],
+            flags=[0] * 4,
+        )
+        if names:
+            topology["name"] = np.array([b"inside;low;high;hull"])
+        listed = mesh.create_group("faces/nodes/1")
+        mesh["faces/nodes"].attrs["nSections"] = np.array([1], np.uint64)
+        limited(listed, 1, len(rows))
+        listed["nnodes"] = np.full(len(rows), 4, np.int16)
+        listed["nodes"] = np.array([row[:4] for row in rows], np.uint32).ravel()
+        for k, key in ((4, "c0"), (5, "c1")):
+            many = len(rows) if key == "c0" else sizes[0]  # outside there is no second cell
+            item = mesh.create_dataset(
+                f"faces/{key}/1", data=np.array([row[k] for row in rows[:many]], np.uint32)
+            )
+            limited(item, 1, many)
+            mesh[f"faces/{key}"].attrs["nSections"] = np.array([1], np.uint64)

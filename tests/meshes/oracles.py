@@ -65,6 +65,14 @@ def fluent_binary(path: Path) -> np.ndarray:
     return np.frombuffer(data, dtype, 3 * int(match[2], 16), match.end()).reshape(-1, 3)
 
 
+def fluent_hdf(path: Path) -> np.ndarray:
+    import h5py
+
+    with h5py.File(path) as file:
+        zones = file["meshes/1/nodes/coords"]
+        return np.concatenate([zones[name][()] for name in sorted(zones, key=int)])
+
+
 def fluent_nodes(path: Path) -> np.ndarray:
     """Numbers of all zones of nodes, in the order of their first node."""
     zones = re.findall(r"^\(10 \((\w+ \w+)[^()]*\)\s*\(([^()]*)\)", path.read_text(), re.M)

@@ -9,7 +9,7 @@ import numpy as np
 
 from tests.meshes.cgns_specimens import as_adf, hexa_zone
 from tests.meshes.decks import abaqus_with_blanks, nastran_with_comments, su2_with_boxes
-from tests.meshes.fluent_specimens import fluent_sector
+from tests.meshes.fluent_specimens import fluent_hdf, fluent_sector
 from tests.meshes.gmsh_specimens import gmsh_40_binary, gmsh_box, gmsh_periodic
 
 GRID = (4, 3, 3)
@@ -304,6 +304,9 @@ SPECIMENS: dict[str, Callable[[Path], None]] = {
     "sector_fluent.msh": fluent_sector,
     "sector_double.cas": lambda path: fluent_sector(path, 3),
     "sector_single.msh": lambda path: fluent_sector(path, 2),
+    "sector.cas.h5": fluent_hdf,
+    "zones.msh.h5": lambda path: fluent_hdf(path, zones=3),
+    "packed.cas.h5": lambda path: fluent_hdf(path, chunks=True, compression="gzip"),
     "sector_mixed.cas": lambda path: fluent_sector(path, 3, mixed=True),
     "v1.msh": lambda path: gmsh_box(path, 1, False),
     "v22.msh": lambda path: gmsh_box(path, 2.2, False),

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from ffdstudio import InputError, read_mesh
+from ffdstudio import InputError, read_mesh, write_mesh
 from ffdstudio.meshes.boundary_checks import broken
 from ffdstudio.meshes.pairs import pairs_of
-from tests.meshes.fluent_specimens import ANGLE, AXIS
+from tests.meshes.fluent_specimens import ANGLE, AXIS, fluent_hdf
 from tests.meshes.specimens import SPECIMENS
 
 
@@ -64,9 +64,10 @@ def test_damage_is_refused_with_place_and_cause(block, old, new, cause):
 
 
 SECTORS = ["sector_fluent.msh", "sector_double.cas", "sector_single.msh", "sector_mixed.cas"]
+HDF = ["sector.cas.h5", "zones.msh.h5", "packed.cas.h5"]
 
 
-@pytest.mark.parametrize("name", SECTORS)
+@pytest.mark.parametrize("name", [*SECTORS, *HDF])
 def test_a_periodic_zone_and_its_shadow_are_partners_about_any_axis(tmp_path, name):
     SPECIMENS[name](tmp_path / name)
     mesh = read_mesh(tmp_path / name)
@@ -141,3 +142,55 @@ def test_a_binary_section_that_is_too_short_is_refused(tmp_path):
     path.write_bytes(path.read_bytes().replace(b"(1 1 24 1 3)(", b"(1 1 25 1 3)("))
     with pytest.raises(InputError, match=r"37 nodes announced|does not end"):
         read_mesh(path)
+
+
+@pytest.mark.parametrize("name", HDF)
+def test_vtk_finds_the_same_mesh_in_hdf5(tmp_path, name):
+    import vtk
+
+    SPECIMENS[name](tmp_path / name)
+    mesh = read_mesh(tmp_path / name)
+    write_mesh(mesh, tmp_path / f"moved_{name}", mesh.points + 1)
+    reader = vtk.vtkFLUENTCFFReader()
+    reader.SetFileName(str(tmp_path / f"moved_{name}"))
+    reader.Update()
+    grid = reader.GetOutput().GetBlock(0)
+    assert grid.GetNumberOfCells() == 12
+    found = np.array([grid.GetPoint(k) for k in range(grid.GetNumberOfPoints())])
+    assert np.abs(found - mesh.points - 1).max() < 1e-6  # VTK keeps single precision
+
+
+def test_zones_of_an_hdf5_mesh_without_names_have_numbers(tmp_path):
+    fluent_hdf(tmp_path / "a.cas.h5", names=False)
+    mesh = read_mesh(tmp_path / "a.cas.h5")
+    assert mesh.kinds == {"zone 4": "periodic", "zone 5": "periodic", "zone 6": "wall"}
+
+
+@pytest.mark.parametrize(
+    ("path", "change", "cause"),
+    [
+        ("nodes/coords/1", None, "no nodes"),
+        ("faces/nodes/1/nodes", lambda v: v + 100, "not in 1 to 36"),
+        ("faces/nodes/1/nnodes", lambda v: v + 1, "do not add up"),
+        ("faces/c0/1", lambda v: 0 * v, "a face without cells"),
+        ("faces/c0/1", lambda v: v + 1000, "cannot be there"),
+        ("faces/zoneTopology/maxId", lambda v: v + 99, "faces that are not there"),
+        ("faces/zoneTopology/id", lambda v: v[:2], "damaged"),
+        ("faces/zoneTopology", None, "there is no faces/zoneTopology"),
+    ],
+)
+def test_damage_in_hdf5_is_refused_with_the_cause(tmp_path, path, change, cause):
+    import h5py
+
+    fluent_hdf(tmp_path / "a.cas.h5")
+    with h5py.File(tmp_path / "a.cas.h5", "a") as file:
+        item = file["meshes/1"][path]
+        if change is None:
+            del file["meshes/1"][path]
+        else:
+            values, attributes = change(item[()]), dict(item.attrs)
+            del file["meshes/1"][path]
+            new = file["meshes/1"].create_dataset(path, data=values)
+            new.attrs.update(attributes)
+    with pytest.raises(InputError, match=cause):
+        read_mesh(tmp_path / "a.cas.h5")

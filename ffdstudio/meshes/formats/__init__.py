@@ -78,6 +78,7 @@ FORMATS: tuple[Format, ...] = (
     Format("gmsh", "Gmsh", (".msh", ".msh2", ".msh4"), "gmsh", begins_with(b"$"), "via_meshio"),
     Format("openfoam", "OpenFOAM polyMesh", (".foam", ".openfoam"), "openfoam"),
     Format("fluent", "Fluent", (".msh", ".cas"), "fluent", begins_with(b"(")),
+    Format("fluent_hdf", "Fluent HDF5", (".cas.h5", ".msh.h5"), "fluent_hdf"),
     Format("airfoil", "airfoil coordinates", (".dat", ".txt"), "dat", two_columns, "dat"),
     Format("nastran", "Nastran", (".bdf", ".nas", ".fem", ".dat", ".pch"), "nastran", has_grid),
     Format("avs", "AVS-UCD", (".inp", ".avs", ".ucd"), "avs", five_counts),
