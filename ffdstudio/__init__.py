@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from ffdstudio.optimize import fit
     from ffdstudio.project import Project
 
-__version__ = "0.1.0"
+from ffdstudio.version import __version__
 
 _ROOM_OF = {
     "Embedding": "engine",
@@ -41,6 +41,7 @@ __all__ = [
     "Lattice",
     "Mesh",
     "Project",
+    "__version__",
     "embed",
     "fit",
     "quality",

@@ -19,8 +19,8 @@ import warnings
 from collections.abc import Callable, Sequence
 from typing import NoReturn, TextIO
 
-from ffdstudio import __version__
 from ffdstudio.errors import InputError
+from ffdstudio.version import __version__
 
 COMMANDS = {
     "demo": "the paper's cases, headless, with pictures, a morphed mesh and a project",

@@ -1,50 +1,33 @@
 """The document: the single truth that every view listens to.
 
-1. `Document.model` is an immutable value (see `model`). It changes by `do(command)`, by
-   `undo`, `redo` and `jump`, and while an `Edit` (a drag) is under way; on one thread only.
-2. Two kinds of signal. *moving*: a newer preview is there, emitted once until somebody
-   calls `refresh`, so 50 mouse moves give one; viewport only. *moved*: positions of control
-   points or displayed points changed for good, once an edit; quality, plots, autosave.
-3. Long work goes to `runner` (see `running`): reading, embedding, volumes, saving. Work
-   gets values and returns values; what comes of it is taken here, on the document's thread.
-4. Displayed points (see `followers`) are bound to the lattices when they appear and then
+1. What is edited, and how that is told, is in `editor`; files are read and written by `filing`;
+   `body_views` keeps what is displayed up with the model. Here they become one.
+2. Displayed points (see `followers`) are bound to the lattices when they appear and then
    follow at once; volume nodes follow by work started after *moved*. Nothing that happens
    in a frame knows how many nodes a volume has.
-5. What is written is computed from the model alone (`followers.deformed`), never from what
+3. What is written is computed from the model alone (`followers.deformed`), never from what
    is displayed: a replay of the journal gives the same bytes.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
-from pathlib import Path
-from typing import Any
-
 import numpy as np
 from numpy.typing import NDArray
-from psygnal import Signal
 
 from ffdstudio.aliases import Array, PathLike
 from ffdstudio.errors import InputError
-from ffdstudio.project.commands import Command
-from ffdstudio.project.edit import Edit
-from ffdstudio.project.files import filing
-from ffdstudio.project.files.journal import Journal, commands_of
-from ffdstudio.project.files.model_codec import to_file
-from ffdstudio.project.files.opening import Opened
-from ffdstudio.project.files.records import ProjectFile
+from ffdstudio.project import filing
+from ffdstudio.project.body_views import Displays
+from ffdstudio.project.editor import Editor
 from ffdstudio.project.files.recovery import Left
-from ffdstudio.project.files.write_order import Turns
 from ffdstudio.project.followers import Follower
-from ffdstudio.project.history import Entry, History
-from ffdstudio.project.model import Index, Model
-from ffdstudio.project.running import Runner, RunNow
-from ffdstudio.project.view.body_views import Displays
+from ffdstudio.project.model import Model
+from ffdstudio.project.running import Runner
 from ffdstudio.project.view.surface import Surface
 from ffdstudio.project.view.volume import Volume
 
 
-class Document:
+class Document(Editor):
     """Bodies, lattices, selection, history, and the points that follow.
 
     Parameters
@@ -101,143 +84,9 @@ class Document:
     ['Create Box 4×3×3', 'Move point (3, 2, 2)']
     """
 
-    moving = Signal()
-    moved = Signal()
-    structure_changed = Signal()
-    selection_changed = Signal()
-    history_changed = Signal()
-    volume_changed = Signal(str)
-    problem = Signal(str, str, str)
-    told = Signal(str)
-    filed = Signal(Path)
-
     def __init__(self, runner: Runner | None = None) -> None:
-        self.runner: Runner = RunNow() if runner is None else runner
-        self.model = Model()
-        self.history = History()
-        self.journal = Journal()
-        self.selection: frozenset[Index] = frozenset()
-        self.editing: Edit | None = None
-        self.path: Path | None = None
-        self.sections: dict[str, Any] = {}
-        self.ask: Callable[[ProjectFile], ProjectFile | None] | None = None
-        self.may_replace: Callable[[], bool] | None = None
-        self.turns = Turns()
-        self._packs = False
-        self._saved = self.model
-        self._stale = False
+        super().__init__(runner)
         self._displays = Displays(self)
-
-    # ---- edits ------------------------------------------------------------------------
-
-    def do(self, command: Command) -> None:
-        """Carry out a command and enter it into history and journal.
-
-        A drag under way is committed before; an iterate that is shown stays if the command
-        is about looks only.
-
-        Raises
-        ------
-        InputError
-            If it cannot be carried out; nothing has changed then.
-        """
-        beside = self.editing if command.looks_only else None
-        if self.editing is not None and (beside is None or not beside.lasting):
-            self.editing.commit()
-        before = self.settled_model
-        after = command.apply(before)
-        self.history.push(Entry(command, command.label(before), before, after))
-        self.journal.record(command)
-        if self.editing is None:
-            self._set_model(after)
-        else:
-            self.editing.go_on_from(after)
-            self.structure_changed.emit()
-        self.history_changed.emit()
-
-    def undo(self) -> None:
-        """Take back the last command; during a drag, the drag."""
-        if self.editing is not None:
-            self.editing.abort()
-        elif self.history.position > 0:
-            self.jump(self.history.position - 1)
-
-    def redo(self) -> None:
-        """Do again what was taken back."""
-        if self.history.position < len(self.history.entries):
-            self.jump(self.history.position + 1)
-
-    def jump(self, position: int) -> None:
-        """Go to the state after the first `position` entries of the history."""
-        if self.editing is not None:
-            self.editing.abort()
-        if position == self.history.position:
-            return
-        model = self.history.at(position)
-        self.journal.record(position)
-        self._set_model(model)
-        self.history_changed.emit()
-
-    def edit(self, points: Iterable[Index] | None = None) -> Edit:
-        """Begin a drag of control points of the active lattice (default: the selection).
-
-        Feed it with `translate(vector)`, `place(positions)` or `weigh(weights)`; end it with
-        `commit()`, which makes one entry, or `abort()`.
-
-        Raises
-        ------
-        InputError
-            If there is no active lattice, or nothing in it to move: frozen points stay.
-        """
-        if self.editing is not None:
-            self.editing.commit()
-        item = self.model.active_lattice
-        if item is None:
-            raise InputError("there is no lattice to edit")
-        frozen, chosen = item.frozen_mask, self.selection if points is None else points
-        free = sorted(point for point in chosen if not frozen[point])
-        if not free:
-            raise InputError("none of the chosen control points can move")
-        self.editing = Edit(self, item.key, free)
-        return self.editing
-
-    def preview(self, model: Model) -> None:
-        """Show a model without entering it into the history; for `Edit`."""
-        self.model = model
-        self.tell_moving()
-
-    def end(self, edit: Edit, command: Command | None) -> None:
-        """End a drag with a command or, with None, without a trace; for `Edit`."""
-        if self.editing is not edit:
-            return
-        self.editing, self.model = None, edit.before
-        if command is not None:
-            self.do(command)
-            return
-        self._stale = False
-        self._displays.put_back(self.model)
-        self.moved.emit()
-
-    def select(self, points: Iterable[Index]) -> None:
-        """Select control points of the active lattice."""
-        item, chosen = self.model.active_lattice, frozenset(points)
-        if item is None:
-            chosen = frozenset()
-        elif not chosen <= set(np.ndindex(item.rest.shape)):
-            raise InputError(f"{item.name} has no such control point")
-        if chosen != self.selection:
-            self.selection = chosen
-            self.selection_changed.emit()
-
-    @property
-    def settled_model(self) -> Model:
-        """The model without the preview of a drag."""
-        return self.model if self.editing is None else self.editing.before
-
-    @property
-    def modified(self) -> bool:
-        """Whether there is anything that was not saved."""
-        return self.settled_model is not self._saved
 
     # ---- what is displayed --------------------------------------------------------------
 
@@ -320,82 +169,17 @@ class Document:
             self._packs = pack_meshes
         filing.save(self, target, self._packs)
 
-    def snapshot(self) -> ProjectFile:
-        """Return what a project file would hold now; a value that a worker may write."""
-        return to_file(self.settled_model, self.sections)
-
     def recover(self, left: Left) -> None:
         """Read the autosave of a session that died (see `recovery`); it counts as not saved."""
         filing.open_project(self, left.autosave, left)
 
-    def replace(
-        self, model: Model, sections: dict[str, Any], path: Path | None, saved: bool = True
-    ) -> None:
-        """Take a model that was opened; the history begins anew."""
-        self.editing, self.path, self.sections = None, path, sections
-        self.history, self.journal = History(), Journal(list(commands_of(model)))
-        self._packs = any(body.packed is not None for body in model.bodies)
-        self._set_model(model)
-        self.saved(model if saved else Model())
-
-    def clear(self) -> None:
-        """Begin a new, empty project."""
-        self.replace(Model(), {}, None)
-
-    def saved(self, model: Model) -> None:
-        """Take note that a model is in the project file."""
-        self._saved = model
-        self.history_changed.emit()
-
-    def register_surface(self, opened: Opened) -> None:
-        """Take over the surface of a mesh that a worker has worked out."""
-        assert opened.command.mesh is not None
-        self._displays.surfaces[opened.command.mesh] = opened.surface
-
-    def failed(self, title: str, doing: str = "") -> Callable[[Exception], None]:
-        """Return what to do with an error of work: tell the cause if it is one of input."""
-
-        def tell(error: Exception) -> None:
-            if not isinstance(error, InputError):
-                raise error
-            self.problem.emit(title, str(error), doing)
-
-        return tell
-
     # ---- keeping up ---------------------------------------------------------------------
 
-    def tell_moving(self) -> None:
-        """Say once that there is something newer to show."""
-        if not self._stale:
-            self._stale = True
-            self.moving.emit()
-
-    def _set_model(self, model: Model) -> None:
-        """Take another model; when views are told, everything fits together already."""
-        before, self.model, self._stale = self.model, model, False
-        kept = self.selection if _same_net(before, model) else frozenset()
-        lost, self.selection = kept != self.selection, kept
+    def _follow(self, model: Model) -> None:
         self._displays.take(model)
-        if _structure(before) != _structure(model):
-            self.structure_changed.emit()
-        if lost:
-            self.selection_changed.emit()
-        self.moved.emit()
+
+    def _put_back(self) -> None:
+        self._displays.put_back(self.model)
+
+    def _start_work(self) -> None:
         self._displays.start_work()
-
-
-def _same_net(before: Model, after: Model) -> bool:
-    """Whether selected control points mean the same in both models."""
-    old, new = before.active_lattice, after.active_lattice
-    if old is None or new is None:
-        return False
-    return old.key == new.key and old.rest.shape == new.rest.shape
-
-
-def _structure(model: Model) -> object:
-    """All that `structure_changed` is about: everything but where control points are."""
-    lattices = [
-        (item.key, item.name, item.rest, item.frozen, item.visible, item.enabled, item.shapes)
-        for item in model.lattices
-    ]
-    return model.bodies, model.active, lattices

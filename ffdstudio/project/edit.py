@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -22,8 +22,20 @@ from ffdstudio.project.followers import DragFollower, Follower
 from ffdstudio.project.model import Index, Model
 from ffdstudio.project.plane_constraints import alike, planes_in, slid
 
-if TYPE_CHECKING:
-    from ffdstudio.project.document import Document
+
+class Owner(Protocol):
+    """Who has a model edited; see `editor.Editor`."""
+
+    model: Model
+    editing: Edit | None
+
+    def preview(self, model: Model) -> None:
+        """Show a model without entering it into the history."""
+        ...
+
+    def end(self, edit: Edit, command: Command | None) -> None:
+        """End the edit, with a command or without a trace."""
+        ...
 
 
 class Edit:
@@ -41,7 +53,7 @@ class Edit:
 
     lasting = False
 
-    def __init__(self, document: Document, key: str, points: Sequence[Index]) -> None:
+    def __init__(self, document: Owner, key: str, points: Sequence[Index]) -> None:
         self._document = document
         self.before: Model = document.model
         self.item = self.before.lattice(key)

@@ -37,7 +37,7 @@ def test_version_imports_no_command():
     )
     code += " or n.startswith('ffdstudio.')))"
     out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    allowed = ["__main__", "cli", "cli.main", "errors"]
+    allowed = ["__main__", "cli", "cli.main", "errors", "version"]
     assert out.stdout.splitlines()[1] == repr([f"ffdstudio.{name}" for name in allowed])
 
 

@@ -18,9 +18,9 @@ from PySide6.QtWidgets import QProgressDialog, QPushButton
 from ffdstudio.gui.dialogs.problem import ProblemDialog
 from ffdstudio.gui.errors import Problem, problem_of
 from ffdstudio.gui.settings import Settings
+from ffdstudio.project import body_views as displays
+from ffdstudio.project import filing
 from ffdstudio.project.commands import Rename
-from ffdstudio.project.files import filing
-from ffdstudio.project.view import body_views as displays
 
 pytestmark = pytest.mark.display
 
@@ -103,7 +103,7 @@ def test_without_changes_nothing_is_asked(user):
 CRASH = """
 import os, sys
 from pathlib import Path
-from ffdstudio.project.files.autosave import Autosave
+from ffdstudio.project.autosave import Autosave
 from ffdstudio.project.document import Document
 from ffdstudio.project.commands import Rename
 document = Document()

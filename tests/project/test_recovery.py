@@ -13,8 +13,8 @@ import pytest
 
 from ffdstudio.project import Project
 from ffdstudio.project import commands as c
+from ffdstudio.project.autosave import Autosave
 from ffdstudio.project.document import Document
-from ffdstudio.project.files.autosave import Autosave
 from ffdstudio.project.files.recovery import Session, left_behind
 from ffdstudio.project.files.replaying import replay
 from tests.project.scenes import BOX, opened, write_cube

@@ -9,7 +9,7 @@ from PySide6.QtCore import QObject, QTimer
 
 from ffdstudio.gui.dialogs.ask import Question
 from ffdstudio.gui.studio import Studio
-from ffdstudio.project.files.autosave import INTERVAL, Autosave
+from ffdstudio.project.autosave import INTERVAL, Autosave
 from ffdstudio.project.files.records import BodyRecord, ProjectFile
 from ffdstudio.project.files.recovery import Left, left_behind
 

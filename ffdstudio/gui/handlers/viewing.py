@@ -129,8 +129,8 @@ class HelpHandler:
 
     def about(self) -> None:
         """Show version and licence."""
-        from ffdstudio import __version__
         from ffdstudio.gui.errors import Problem
+        from ffdstudio.version import __version__
 
         self._studio.asker.tell(
             Problem(

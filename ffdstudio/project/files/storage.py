@@ -16,7 +16,6 @@ import re
 from pathlib import Path
 from typing import Any
 
-import ffdstudio
 from ffdstudio.containers import archive
 from ffdstudio.containers.strictjson import check_version, field, loads
 from ffdstudio.engine import Lattice
@@ -25,6 +24,7 @@ from ffdstudio.files import read_bytes, write_bytes
 from ffdstudio.project.files import references
 from ffdstudio.project.files.encoding import decode, encode
 from ffdstudio.project.files.records import BodyRecord, LatticeRecord, ProjectFile
+from ffdstudio.version import __version__
 
 FORMAT, SCHEMA = "ffdstudio-project", 1
 MANIFEST = "manifest.json"
@@ -57,7 +57,7 @@ def write_project(
     manifest = {
         "format": FORMAT,
         "schema": SCHEMA,
-        "program": f"ffdstudio {ffdstudio.__version__}",
+        "program": f"ffdstudio {__version__}",
         "bodies": [_body_out(b, folder, pack_meshes, entries) for b in content.bodies],
         "lattices": [_lattice_out(record, entries) for record in content.lattices],
         "sections": encode(content.sections, entries),

@@ -20,7 +20,7 @@ from ffdstudio.project.followers import DragFollower, Follower
 from ffdstudio.project.model import LatticeItem, Model
 
 if TYPE_CHECKING:
-    from ffdstudio.project.document import Document
+    from ffdstudio.project.editor import Editor
 
 KEPT = 12  # refined embeddings: scrubbing to and fro finds them again
 
@@ -39,8 +39,8 @@ class Scrub(Edit):
 
     lasting = True
 
-    def __init__(self, document: Document, key: str) -> None:
-        self._document = document
+    def __init__(self, document: Editor, key: str) -> None:
+        self._document = self._editor = document
         self.before: Model = document.model
         self.item = self.before.lattice(key)
         self.points = ()
@@ -72,7 +72,7 @@ class Scrub(Edit):
         self._document.preview(model.with_(self._as_shown()))
 
     def _put(self, item: LatticeItem) -> None:
-        document = self._document
+        document = self._editor
         other = document.model.lattice(item.key).rest.shape != item.rest.shape
         if other:
             document.select(())
@@ -127,7 +127,7 @@ class Scrub(Edit):
         return UseIterate(self.item.key, self.shown, self.note)
 
 
-def scrub(document: Document, key: str) -> Scrub:
+def scrub(document: Editor, key: str) -> Scrub:
     """Begin to show iterates in place of a lattice; an edit under way is committed."""
     if isinstance(document.editing, Scrub) and document.editing.item.key == key:
         return document.editing

@@ -19,6 +19,7 @@ from ffdstudio.aliases import PathLike
 from ffdstudio.errors import InputError
 from ffdstudio.exchange import LatticeFile, read_lattice_file, write_lattice
 from ffdstudio.project.commands import AddLattice
+from ffdstudio.project.editor import Editor
 from ffdstudio.project.files.exporting import Written, write_body
 from ffdstudio.project.files.model_codec import activation, lattice_commands, to_file
 from ffdstudio.project.files.opening import Opened, open_body, read_record
@@ -28,17 +29,22 @@ from ffdstudio.project.model import Model
 from ffdstudio.project.running import Progress
 
 if TYPE_CHECKING:
-    from ffdstudio.project.document import Document
     from ffdstudio.project.files.recovery import Left
 
 OPENING = "opening"  # the line of work that arrives in the order in which it was asked for
 
 
-def open_mesh(document: Document, path: PathLike) -> None:
+def _register_surface(document: Editor, opened: Opened) -> None:
+    """Hand over the surface of a mesh that the worker who read it has worked out."""
+    assert opened.command.mesh is not None
+    document.surfaces[opened.command.mesh] = opened.surface
+
+
+def open_mesh(document: Editor, path: PathLike) -> None:
     """Read a mesh and add it as a body."""
 
     def done(opened: Opened) -> None:
-        document.register_surface(opened)
+        _register_surface(document, opened)
         document.do(opened.command)
         document.filed.emit(Path(path))
 
@@ -48,7 +54,7 @@ def open_mesh(document: Document, path: PathLike) -> None:
     document.runner.start(f"Opening {name}", work, done, failed, line=OPENING)
 
 
-def export_mesh(document: Document, key: str, path: PathLike) -> None:
+def export_mesh(document: Editor, key: str, path: PathLike) -> None:
     """Write a body as it is deformed."""
     model = document.settled_model
     body, steps = model.body(key), model.steps
@@ -65,7 +71,7 @@ def export_mesh(document: Document, key: str, path: PathLike) -> None:
     document.runner.start(f"Exporting {body.name}", work, done, failed)
 
 
-def import_lattice(document: Document, path: PathLike, block: str | None = None) -> None:
+def import_lattice(document: Editor, path: PathLike, block: str | None = None) -> None:
     """Read a lattice file of any format and add it."""
 
     def done(found: LatticeFile) -> None:
@@ -89,7 +95,7 @@ def _added(name: str, found: LatticeFile) -> AddLattice:
     return AddLattice(name, found.rest, found.current, found.frozen, open_faces=faces)
 
 
-def export_lattice(document: Document, key: str, path: PathLike) -> None:
+def export_lattice(document: Editor, key: str, path: PathLike) -> None:
     """Write a lattice, at rest and as it is; its file is small, so at once."""
     item = document.settled_model.lattice(key)
     try:
@@ -104,7 +110,7 @@ def export_lattice(document: Document, key: str, path: PathLike) -> None:
 # ---- projects ---------------------------------------------------------------------------
 
 
-def save(document: Document, path: PathLike, pack_meshes: bool) -> None:
+def save(document: Editor, path: PathLike, pack_meshes: bool) -> None:
     """Write the project; what is done in the meantime counts as not saved."""
     model, target = document.settled_model, Path(path)
     content, turn = to_file(model, document.sections), document.turns.take()
@@ -126,7 +132,7 @@ def save(document: Document, path: PathLike, pack_meshes: bool) -> None:
     document.runner.start(f"Saving {target.name}", work, done, failed)
 
 
-def open_project(document: Document, path: PathLike, recovered: Left | None = None) -> None:
+def open_project(document: Editor, path: PathLike, recovered: Left | None = None) -> None:
     """Read a project, which replaces everything; what was `recovered` is not saved yet."""
     source = Path(path)
     failed = document.failed(f"{source.name} cannot be opened", "open")
@@ -150,7 +156,7 @@ def open_project(document: Document, path: PathLike, recovered: Left | None = No
             document.told.emit(f"{source.name} was not opened")
             return
         for opened in bodies:
-            document.register_surface(opened)
+            _register_surface(document, opened)
         target = source if recovered is None else recovered.project
         document.replace(model, content.sections, target, saved=recovered is None)
         if recovered is None:
@@ -162,7 +168,7 @@ def open_project(document: Document, path: PathLike, recovered: Left | None = No
     document.runner.start(f"Opening {source.name}", work, read, failed, key="open")
 
 
-def _asked(document: Document, content: ProjectFile) -> ProjectFile | None:
+def _asked(document: Editor, content: ProjectFile) -> ProjectFile | None:
     if not content.problems:
         return content
     if document.ask is not None:

@@ -10,32 +10,26 @@
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
-from weakref import WeakKeyDictionary
 
-from ffdstudio.meshes import Mesh
 from ffdstudio.project.model import Body, Model
 from ffdstudio.project.running import Progress
 from ffdstudio.project.view.body_view import Shown
-from ffdstudio.project.view.surface import Surface, surface_of
+from ffdstudio.project.view.surface import surface_of
 from ffdstudio.project.view.volume import Volume, work_out
 
 if TYPE_CHECKING:
-    from ffdstudio.project.document import Document
+    from ffdstudio.project.editor import Editor
 
 
 class Displays:
     """The bodies of a document as they are displayed.
 
-    Attributes
-    ----------
-    surfaces : mapping of Mesh to Surface
-        Worked out by whoever read the mesh, or here when a mesh is first seen.
+    The surface of a mesh is worked out by whoever read it, or here when it is first seen.
     """
 
-    def __init__(self, document: Document) -> None:
+    def __init__(self, document: Editor) -> None:
         self._document = document
         self._shown: dict[str, Shown] = {}
-        self.surfaces: WeakKeyDictionary[Mesh, Surface] = WeakKeyDictionary()
 
     def __getitem__(self, key: str) -> Shown:
         """Body of that key, as it is displayed."""
@@ -58,9 +52,10 @@ class Displays:
             shown.in_hand.settle(model.steps)
 
     def _first_seen(self, body: Body) -> Shown:
-        if body.mesh not in self.surfaces:
-            self.surfaces[body.mesh] = surface_of(body.mesh)
-        return Shown(body.mesh, self.surfaces[body.mesh])
+        surfaces = self._document.surfaces
+        if body.mesh not in surfaces:
+            surfaces[body.mesh] = surface_of(body.mesh)
+        return Shown(body.mesh, surfaces[body.mesh])
 
     # ---- work -----------------------------------------------------------------------------
 

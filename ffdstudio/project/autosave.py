@@ -9,7 +9,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from ffdstudio.errors import InputError
-from ffdstudio.project.document import Document
+from ffdstudio.project.editor import Editor
 from ffdstudio.project.files.recovery import Session
 from ffdstudio.project.model import Model
 from ffdstudio.project.running import Progress
@@ -23,12 +23,12 @@ class Autosave:
 
     Parameters
     ----------
-    document : Document
+    document : Editor
     folder : pathlib.Path, optional
         Where sessions keep their recovery files; by default the user's state folder.
     """
 
-    def __init__(self, document: Document, folder: Path | None = None) -> None:
+    def __init__(self, document: Editor, folder: Path | None = None) -> None:
         self._document = document
         self._latest: Model | None = document.settled_model
         self._session: Session | None = None
