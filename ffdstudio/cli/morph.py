@@ -9,7 +9,6 @@ What a deformation does to planes, pairs and smoothness is said before anything 
 from __future__ import annotations
 
 import argparse
-import time
 from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,9 +17,10 @@ from typing import Any
 import numpy as np
 
 from ffdstudio.aliases import Array
+from ffdstudio.cli.deforming import FARTHEST, check_motion, deformed, write_motion
 from ffdstudio.cli.output import emit, note
 from ffdstudio.cli.parsing import assignment, named, shortened, whole
-from ffdstudio.engine import Lattice, embed
+from ffdstudio.engine import Lattice
 from ffdstudio.engine.folds import Folds, folds
 from ffdstudio.engine.frozen import frozen_mask
 from ffdstudio.engine.inversion.tangle import refuse_tangled
@@ -36,7 +36,6 @@ from ffdstudio.project.checks.deformation_warnings import remarks
 
 SUMMED = ("nodes", "moved", "inverted", "unchecked")
 MOST_NAMED = 4  # markers in the line of a mesh
-FARTHEST = 1e100  # beyond it lengths and volumes are no numbers any more
 
 
 def add(parser: argparse.ArgumentParser) -> None:
@@ -84,6 +83,27 @@ def add(parser: argparse.ArgumentParser) -> None:
         action="store_true",
         help="exit 0 although cells of unknown types were moved without being checked",
     )
+    parser.add_argument(
+        "--follow",
+        action="store_true",
+        help="the lattice moves the walls alone, and the volume follows them: boundary layers keep "
+        "their heights, also where the lattice is tight or cuts the mesh",
+    )
+    parser.add_argument(
+        "--walls",
+        action="append",
+        type=named,
+        metavar="MARKER",
+        help="a boundary that moves with --follow (repeatable; default: those that the lattice "
+        "moves, but for symmetry, empty, periodic and flat neighbouring ones, which slide)",
+    )
+    parser.add_argument(
+        "--solver-motion",
+        type=named,
+        metavar="FILE",
+        help="also write where the walls go, for the solver's own deformation: SU2's SURFACE_FILE, "
+        "or OpenFOAM's 0/pointDisplacement",
+    )
     parser.add_argument("--json", action="store_true", help="print one JSON object")
 
 
@@ -113,8 +133,12 @@ def run(args: argparse.Namespace) -> int:
         note(f"warning: {text}: this control point is frozen and stays; --frozen 0 frees all")
     targets = _targets(sources, Path(args.output))
     _check_kept(targets, sources, lattice_file)
+    if args.walls and not (args.follow or args.solver_motion):
+        raise InputError("--walls says which boundaries move with --follow or --solver-motion")
+    if args.solver_motion:
+        check_motion(args.solver_motion, [*targets, *sources, lattice_file], len(sources))
     morphs = [
-        morphed(source, target, rest, current)
+        morphed(source, target, rest, current, args.follow, args.walls)
         for source, target in zip(sources, targets, strict=True)
     ]
     for morph in morphs:
@@ -125,6 +149,8 @@ def run(args: argparse.Namespace) -> int:
     with together():
         for morph in morphs:
             write_morphed(morph.mesh, morph.target, morph.points, [(rest, current)], args.boxes)
+        if args.solver_motion:
+            write_motion(morphs[0].mesh, args.solver_motion, morphs[0].points, args.walls)
     folded = folds(current, rest)
     result = {
         **_together([morph.result for morph in morphs]), **_invertible(folded), "held": held,
@@ -162,22 +188,25 @@ def edited(
     return rest, rest.moved(points, values), [text for index, text in told if mask[index]]
 
 
-def morphed(source: str, target: Path, rest: Lattice, current: Lattice) -> Morph:
-    """Read a mesh and deform it."""
+def morphed(
+    source: str,
+    target: Path,
+    rest: Lattice,
+    current: Lattice,
+    follow: bool = False,
+    walls: list[str] | None = None,
+) -> Morph:
+    """Read a mesh and deform it, all of it or its walls with the volume following."""
     mesh = read_mesh(source)
-    clock = [time.perf_counter()]
-    embedding = embed(rest, mesh.points)
-    clock.append(time.perf_counter())
-    points = embedding.deform(current)
-    clock.append(time.perf_counter())
+    with naming(source):
+        refuse_tangled(rest)
+    points, result = deformed(mesh, rest, current, follow, walls)
     if mesh.dimension == 2 and (points[:, 2] != mesh.points[:, 2]).any():
         raise InputError(f"{source}: a 2D mesh cannot move in z")
     if not (np.abs(points) < FARTHEST).all():
         raise InputError(f"{source}: the lattice moves points beyond {FARTHEST:g}")
-    result = measured(mesh, points)
-    result["warnings"] = remarks(mesh, points, rest, current)
-    result["inside"] = int(embedding.inside.sum())
-    result["seconds"] = {"embed": clock[1] - clock[0], "deform": clock[2] - clock[1]}
+    result |= measured(mesh, points)
+    result["warnings"] = remarks(mesh, points, rest, current, carried=not follow)
     return Morph(source, target, mesh, points, result)
 
 
@@ -271,10 +300,12 @@ def _folds_line(folded: Folds) -> str:
 def _line(morph: Morph) -> str:
     result = morph.result
     walls = [f"{name} by up to {step:.4g}" for name, step in result["markers"].items() if step > 0]
+    follow = result["follow"]
+    by = f"; the volume follows {', '.join(follow['walls']) or 'nothing'}" if follow else ""
     at = f" ({', '.join(walls[:MOST_NAMED])})" if walls else ""
     return (
         f"{morph.target}: {result['moved']} of {result['nodes']} nodes moved, by up to "
-        f"{result['max_displacement']:.4g}{at}; {_limit(result)}; "
+        f"{result['max_displacement']:.4g}{at}{by}; {_limit(result)}; "
         f"{result['inverted']} inverted cells"
     )
 

@@ -22,8 +22,8 @@ Told = Callable[[float, str], None]
 MOST = np.radians(60)  # turn of a surface in one step
 
 
-def _quiet(fraction: float, text: str = "") -> None:
-    pass
+def quiet(fraction: float, text: str = "") -> None:
+    """Tell nobody."""
 
 
 class Follower:
@@ -67,7 +67,7 @@ class Follower:
     """
 
     def __init__(
-        self, mesh: Mesh, moving: Sequence[str] | ArrayLike | None = None, told: Told = _quiet
+        self, mesh: Mesh, moving: Sequence[str] | ArrayLike | None = None, told: Told = quiet
     ) -> None:
         told(0.0, "finding what moves and what stays")
         self.mesh, self.roles = mesh, roles_of(mesh, moving)
@@ -84,7 +84,7 @@ class Follower:
     def _first(self) -> Stage:
         return self._stage(self.mesh.points)
 
-    def __call__(self, displacements: ArrayLike, told: Told = _quiet) -> Array:
+    def __call__(self, displacements: ArrayLike, told: Told = quiet) -> Array:
         """Places of all nodes.
 
         Parameters
@@ -125,7 +125,7 @@ class Follower:
     def steps(self, displacements: ArrayLike) -> int:
         """Number of steps these displacements take: one for turns up to 60 degrees."""
         step = self._step(displacements)
-        return count_of(self._stage_at_rest(_quiet).turned(step).largest, MOST)
+        return count_of(self._stage_at_rest(quiet).turned(step).largest, MOST)
 
     def pull(self, sensitivities: ArrayLike, displacements: ArrayLike) -> Array:
         """Sensitivities by the surface: the transpose of the derivative, times those by the volume.
@@ -158,7 +158,7 @@ class Follower:
                 "the surface turns by over 60 degrees: no derivative is known across several steps"
             )
         step = self._step(displacements)
-        return np.asarray(self._stage_at_rest(_quiet).pull(gradient, step)[self.moving])
+        return np.asarray(self._stage_at_rest(quiet).pull(gradient, step)[self.moving])
 
     def _step(self, displacements: ArrayLike) -> Array:
         given = numbers(displacements, "displacements")

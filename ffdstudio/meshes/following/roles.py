@@ -63,7 +63,7 @@ def roles_of(mesh: Mesh, moving: Sequence[str] | ArrayLike | None = None) -> Rol
     InputError
         If the mesh has no volume, a marker is unknown, or nothing moves.
     """
-    if blocks_of(mesh).count == 0 or (blocks_of(mesh).dimension == 2 and not blocks_of(mesh).flat):
+    if not has_volume(mesh):
         raise InputError(f"{mesh.path or 'the mesh'} has no volume that could follow its surface")
     names, nodes = _moving(mesh, moving)
     if not len(nodes):
@@ -73,6 +73,20 @@ def roles_of(mesh: Mesh, moving: Sequence[str] | ArrayLike | None = None) -> Rol
     staying = _staying(mesh, names, nodes, planes, pairs)
     elements = _elements(mesh, names, nodes, staying, planes)
     return Roles(nodes, staying, planes, pairs, elements, _normal(mesh, planes))
+
+
+def has_volume(mesh: Mesh) -> bool:
+    """Whether there are cells around a surface: of a volume, or of a plane mesh."""
+    blocks = blocks_of(mesh)
+    return blocks.count > 0 and (blocks.dimension == 3 or blocks.flat)
+
+
+def outer_nodes(mesh: Mesh) -> Indices:
+    """Sorted nodes of outer faces and of boundaries, which may lie inside."""
+    mask = _outer(mesh)
+    for name in mesh.boundaries:
+        mask[mesh.marker_nodes(name)] = True
+    return np.flatnonzero(mask)
 
 
 def moved_boundaries(mesh: Mesh, displacement: Array) -> tuple[str, ...]:
@@ -99,6 +113,13 @@ def moved_boundaries(mesh: Mesh, displacement: Array) -> tuple[str, ...]:
         )
     ]
     return tuple(name for name in found if name not in slides)
+
+
+def sliding_beside(mesh: Mesh, names: Sequence[str]) -> tuple[str, ...]:
+    """Flat boundaries in which nodes slide, beside those that move, for no other reason."""
+    planes = _sliding(mesh, tuple(names), mesh.marker_nodes(*names))
+    known = {plane.name for plane in planes_of(mesh)}
+    return tuple(plane.name for plane in planes if plane.name not in known)
 
 
 def _moving(

@@ -15,6 +15,7 @@ from __future__ import annotations
 import gzip
 import warnings
 import zlib
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -122,6 +123,41 @@ def _plain(data: bytes) -> bytes:
         return data
 
 
+@dataclass(frozen=True, eq=False)
+class Patch:
+    """A patch as its file states it.
+
+    Attributes
+    ----------
+    name, type : str
+    nodes : numpy.ndarray
+        (k,) in OpenFOAM's order: as the patch's faces first meet them.
+    """
+
+    name: str
+    type: str
+    nodes: Indices
+
+
+def patches_of(mesh: Mesh) -> list[Patch]:
+    """Patches of an OpenFOAM mesh with their nodes in OpenFOAM's order.
+
+    Raises
+    ------
+    InputError
+        If the mesh was not read from an OpenFOAM case.
+    """
+    template, faces = mesh.template, mesh.faces
+    if not isinstance(template, FoamTemplate) or faces is None:
+        raise InputError(f"{mesh.path or 'the mesh'} is not one of OpenFOAM")
+    found = []
+    for name, kind, begin, end in _stated(template.folder, faces):
+        nodes = faces.nodes[faces.offsets[begin] : faces.offsets[end]]
+        distinct, first = np.unique(nodes, return_index=True)
+        found.append(Patch(name, kind, distinct[np.argsort(first)]))
+    return found
+
+
 def _remove_twin(file: Path) -> None:
     """Remove the packed form of a file, or the plain one, which is no longer true."""
     twin = file.with_suffix("") if file.suffix == ".gz" else file.with_name(f"{file.name}.gz")
@@ -205,6 +241,18 @@ def _patches(folder: Path, faces: Faces) -> tuple[Markers, dict[str, str], dict[
     source = FoamFile.find(folder, "boundary").source
     markers: Markers = {}
     kinds, partners = {}, {}
+    values_of = dict(dictionary(source))
+    for name, kind, begin, end in _stated(folder, faces):
+        markers[name] = boundary_faces(faces, np.arange(begin, end))
+        kinds[name] = KINDS.get(kind, kind)
+        if "neighbourPatch" in values_of[name]:
+            partners[name] = values_of[name]["neighbourPatch"]
+    return markers, kinds, partners
+
+
+def _stated(folder: Path, faces: Faces) -> Iterator[tuple[str, str, int, int]]:
+    """Name, type, first face and the one behind the last, of each patch."""
+    source = FoamFile.find(folder, "boundary").source
     for name, values in dictionary(source):
         if "startFace" not in values:
             continue
@@ -214,9 +262,4 @@ def _patches(folder: Path, faces: Faces) -> tuple[Markers, dict[str, str], dict[
         )
         if begin + count > len(faces):
             raise source.failure(f"patch {name} ends behind the last face")
-        markers[name] = boundary_faces(faces, np.arange(begin, begin + count))
-        kind = values.get("type", "patch")
-        kinds[name] = KINDS.get(kind, kind)
-        if "neighbourPatch" in values:
-            partners[name] = values["neighbourPatch"]
-    return markers, kinds, partners
+        yield name, values.get("type", "patch"), begin, begin + count

@@ -52,6 +52,7 @@ class SU2Template(TextTemplate):
 
     ffd: tuple[tuple[int, int], ...] = ()
     ffd_is_fresh: bool = False
+    zones: int = 1
 
     def write(self, path: Path, points: Array) -> None:
         """Write the patched file; warn if it takes along an FFD section that no longer fits."""
@@ -63,6 +64,11 @@ class SU2Template(TextTemplate):
                 MeshWarning,
                 stacklevel=3,
             )
+
+
+def zone_count(mesh: Mesh) -> int:
+    """Number of zones of the SU2 file of a mesh."""
+    return mesh.template.zones if isinstance(mesh.template, SU2Template) else 1
 
 
 def ffd_sections(mesh: Mesh) -> list[bytes]:
@@ -128,7 +134,8 @@ def read(path: Path, data: bytes, progress: Progress) -> Mesh:
         reader.zone(name, part)
     starts, ends = np.concatenate(reader.starts), np.concatenate(reader.ends)
     points = np.concatenate(reader.points)
-    template = SU2Template(data, points, starts, ends, ffd=ffd_spans(source, sections))
+    spans = ffd_spans(source, sections)
+    template = SU2Template(data, points, starts, ends, ffd=spans, zones=len(zones))
     return Mesh(
         points,
         {kind: np.concatenate(nodes) for kind, nodes in reader.cells.items()},

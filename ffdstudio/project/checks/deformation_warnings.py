@@ -11,7 +11,9 @@ from ffdstudio.project.checks.freezing import face_names, torn_faces
 from ffdstudio.project.plane_constraints import leaving
 
 
-def remarks(mesh: Mesh, points: Array, rest: Lattice, current: Lattice) -> list[str]:
+def remarks(
+    mesh: Mesh, points: Array, rest: Lattice, current: Lattice, carried: bool = True
+) -> list[str]:
     """Sentences without full stop: planes left, partners parted, smoothness that ends.
 
     Parameters
@@ -22,12 +24,13 @@ def remarks(mesh: Mesh, points: Array, rest: Lattice, current: Lattice) -> list[
         (n, 3) its nodes as deformed.
     rest, current : Lattice
         What has deformed it.
+    carried : bool
+        Whether the lattice moves all nodes, not the walls alone.
     """
-    return [
-        *leaving(rest, current, planes_of(mesh)),
-        *broken(mesh, points),
-        *_torn(mesh, rest, current),
-    ]
+    found = broken(mesh, points)
+    if not carried:
+        return found
+    return [*leaving(rest, current, planes_of(mesh)), *found, *_torn(mesh, rest, current)]
 
 
 def _torn(mesh: Mesh, rest: Lattice, current: Lattice) -> list[str]:
