@@ -153,6 +153,16 @@ def together() -> Iterator[Staged]:
         _flush_folder(folder)
 
 
+@contextlib.contextmanager
+def at_once() -> Iterator[None]:
+    """Put in place what is written inside as soon as it is, whatever `together` holds back."""
+    token = _waiting.set(None)
+    try:
+        yield
+    finally:
+        _waiting.reset(token)
+
+
 def _stage(target: Path, data: bytes, staged: Staged) -> None:
     """Write the data beside its target, under a temporary name that `staged` remembers."""
     mode = _mode_to_keep(target)

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import os
 from dataclasses import replace
+from pathlib import Path
 
 from ffdstudio.errors import InputError
 from ffdstudio.files import read_bytes
+from ffdstudio.meshes.compressed import Packed, inner, is_packed, unpacked
 from ffdstudio.meshes.formats import Progress, recognise
 from ffdstudio.meshes.mesh import Mesh
 from ffdstudio.paths import as_path, is_folder
@@ -46,17 +48,32 @@ def read_mesh(path: str | os.PathLike[str], progress: Progress | None = None) ->
     report = progress or _silent
     report(0.0)
     data = b"" if is_folder(source) else read_bytes(source)
+    raw = data
+    if is_packed(source) and data:
+        data = unpacked(source, data)
     row = recognise(source, data[:HEAD])
     if b'"ffdstudio-lattice"' in data[:HEAD]:
         raise InputError(f"{source}: this is a lattice, where a mesh is needed")
     try:
-        mesh: Mesh = row.load().read(source, data, report)
+        mesh: Mesh = row.load().read(inner(source), data, report)
     except MemoryError as error:
         raise InputError(f"{source}: not enough memory to read this file") from error
+    except InputError as error:
+        raise _named(error, source) from error
     if len(mesh.points) == 0:
         raise InputError(f"{source}: there are no nodes in this file")
+    if raw is not data and mesh.template is not None:
+        mesh = replace(mesh, template=Packed(mesh.template, raw, data))
     report(1.0)
     return replace(mesh, path=source, format=row.name)
+
+
+def _named(error: InputError, source: Path) -> InputError:
+    """Error that names the file as it is on the disk, also where it was unpacked."""
+    text, plain = str(error), str(inner(source))
+    if plain == str(source) or not text.startswith(plain):
+        return error
+    return InputError(str(source) + text.removeprefix(plain))
 
 
 def _silent(fraction: float) -> None:

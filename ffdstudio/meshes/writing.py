@@ -5,11 +5,13 @@ from __future__ import annotations
 import os
 import warnings
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 from numpy.typing import ArrayLike
 
 from ffdstudio.errors import InputError
+from ffdstudio.meshes.compressed import inner, is_packed, write_packed
 from ffdstudio.meshes.formats import FORMATS, candidates, suffix_of
 from ffdstudio.meshes.mesh import Mesh, MeshWarning
 from ffdstudio.meshes.topology import dimension
@@ -55,6 +57,13 @@ def write_mesh(mesh: Mesh, path: str | os.PathLike[str], points: ArrayLike | Non
         raise InputError(f"a mesh is needed, got {mesh!r}")
     if points is not None:
         mesh = mesh.with_points(points)
+    if is_packed(target) and candidates(target):
+        write_packed(mesh.template, target, partial(_write, mesh))
+    else:
+        _write(mesh, target)
+
+
+def _write(mesh: Mesh, target: Path) -> None:
     if mesh.template is not None and _same_format(mesh, target):
         mesh.template.write(target, mesh.points)
         return
@@ -92,7 +101,7 @@ def losses(mesh: Mesh, path: str | os.PathLike[str]) -> list[str]:
 def _same_format(mesh: Mesh, target: Path) -> bool:
     if mesh.format == "openfoam" and (is_folder(target) or not candidates(target)):
         return True
-    if mesh.path is not None and suffix_of(mesh.path) == suffix_of(target):
+    if mesh.path is not None and suffix_of(inner(mesh.path)) == suffix_of(inner(target)):
         return True
     if mesh.format == "ugrid":  # its suffix tells byte order and type
         return False

@@ -14,6 +14,7 @@ from ffdstudio.gui.dialogs.waiting import wait_for
 from ffdstudio.gui.jobs import Job
 from ffdstudio.gui.start import examples
 from ffdstudio.gui.studio import Studio
+from ffdstudio.meshes.formats import suffix_of
 from ffdstudio.project.commands import TreatBoxes
 from ffdstudio.project.document import Document
 from ffdstudio.project.model import Body
@@ -32,6 +33,7 @@ def open_filters() -> str:
 
     rows = [("Projects", [PROJECT])]
     rows += [(row.title, list(row.suffixes)) for row in MESHES if row.suffixes]
+    rows.append(("Compressed meshes", [f"{s}.gz" for row in MESHES for s in row.suffixes]))
     rows += [(row.title, list(row.suffixes)) for row in LATTICES]
     every = sorted({suffix for _, suffixes in rows for suffix in suffixes})
     lines = [("All known files", every), *rows, ("All files", [""])]
@@ -152,8 +154,10 @@ class FileHandler:
         if not self._confirmed(body):
             return
         source = Path(body.path)
-        suggestion = source.with_name(f"{source.stem}_deformed{source.suffix}")
-        filters = f"As it came (*{source.suffix or ''});;" + open_filters().split(";;", 2)[2]
+        suffix = suffix_of(source)
+        stem = source.name[: len(source.name) - len(suffix)]
+        suggestion = source.with_name(f"{stem}_deformed{source.name[len(stem) :]}")
+        filters = f"As it came (*{suffix});;" + open_filters().split(";;", 2)[2]
         path = self._studio.asker.save_path(f"Export {body.name}", filters, suggestion)
         if path is not None and self._may_replace(path):
             self._document.export_mesh(body.key, path)

@@ -104,15 +104,20 @@ def suffix_of(path: Path) -> str:
     --------
     >>> suffix_of(Path("wing.b8.ugrid")), suffix_of(Path("wing.v2.SU2"))
     ('.b8.ugrid', '.su2')
+    >>> suffix_of(Path("wing.stl.gz"))
+    '.stl.gz'
     """
     name = path.name.lower()
-    known = [s for row in FORMATS for s in row.suffixes if name.endswith(s)]
-    return max(known, key=len, default=path.suffix.lower())
+    bare = name.removesuffix(".gz")
+    known = [s for row in FORMATS for s in row.suffixes if bare.endswith(s)]
+    if not known:
+        return path.suffix.lower()
+    return max(known, key=len) + name[len(bare) :]
 
 
 def candidates(path: Path) -> list[Format]:
-    """Rows whose suffix fits, the longest suffix first."""
-    name = path.name.lower()
+    """Rows whose suffix fits, the longest suffix first; that it is compressed does not count."""
+    name = path.name.lower().removesuffix(".gz")
     fits = [(len(s), row) for row in FORMATS for s in row.suffixes if name.endswith(s)]
     return [row for _, row in sorted(fits, key=lambda fit: -fit[0])]
 

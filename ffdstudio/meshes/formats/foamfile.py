@@ -6,9 +6,7 @@ labels or scalars of the widths that the header's ``arch`` names.
 
 from __future__ import annotations
 
-import gzip
 import re
-import zlib
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,8 +14,8 @@ from pathlib import Path
 import numpy as np
 
 from ffdstudio.aliases import AnyArray, Indices
-from ffdstudio.errors import InputError
 from ffdstudio.files import read_bytes
+from ffdstudio.meshes.compressed import unpacked
 from ffdstudio.meshes.formats.number_table import pick_numbers, split_tokens
 from ffdstudio.meshes.formats.source import Source
 
@@ -25,7 +23,6 @@ _HEADER = re.compile(rb"FoamFile\s*\{([^{}]*)\}")
 _LIST = re.compile(rb"(\d+)\s*\(")
 _COMMENT = re.compile(rb"/\*.*?\*/|//[^\n]*", re.S)
 _TOKEN = re.compile(rb'"(?:[^"\\]|\\.)*"|[{}();]|[^\s{}();"]+')
-MOST = 200  # no file of ours unpacks to more than so many times its size
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,7 +49,7 @@ class FoamFile:
         if not path.exists() and path.with_name(name + ".gz").exists():
             path = path.with_name(name + ".gz")
         raw = read_bytes(path)
-        data = _unpacked(path, raw) if path.suffix == ".gz" else raw
+        data = unpacked(path, raw) if path.suffix == ".gz" else raw
         return cls.of(Source(path, data), raw)
 
     @classmethod
@@ -128,30 +125,6 @@ class FoamFile:
         if not fits or offsets[-1] + count != len(numbers):
             raise self.source.failure(f"these are not {count} faces of the sizes that they state")
         return np.delete(numbers, sizes), offsets
-
-
-def _unpacked(path: Path, raw: bytes) -> bytes:
-    """Content of a compressed file, of all its members if it is made of several."""
-    parts, left = [], raw
-    most = MOST * len(raw) + 1
-    while left:
-        unpacker = zlib.decompressobj(wbits=31)
-        try:
-            parts.append(unpacker.decompress(left, most))
-        except zlib.error as error:
-            raise InputError(f"{path}: damaged compression ({error})") from None
-        if not unpacker.eof:
-            raise InputError(f"{path}: damaged compression (it ends too early)")
-        most -= len(parts[-1])
-        left = unpacker.unused_data.lstrip(b"\0")  # some writers fill up with zeros
-        if most <= 0:
-            raise InputError(f"{path}: damaged compression (it unpacks to an impossible size)")
-    return b"".join(parts)
-
-
-def packed(data: bytes) -> bytes:
-    """Compress as OpenFOAM would, without a time stamp."""
-    return gzip.compress(data, mtime=0)
 
 
 def dictionary(source: Source) -> list[tuple[str, dict[str, str]]]:

@@ -24,8 +24,9 @@ import numpy as np
 from ffdstudio.aliases import Array, Indices
 from ffdstudio.errors import InputError
 from ffdstudio.files import read_bytes, remove, write_bytes, write_together
+from ffdstudio.meshes.compressed import packed
 from ffdstudio.meshes.formats import Progress
-from ffdstudio.meshes.formats.foamfile import FoamFile, dictionary, packed
+from ffdstudio.meshes.formats.foamfile import FoamFile, dictionary
 from ffdstudio.meshes.formats.foamzones import add_zones
 from ffdstudio.meshes.formats.number_table import pick_numbers
 from ffdstudio.meshes.formats.patch import BinaryTemplate, TextTemplate, warn_if_rounded

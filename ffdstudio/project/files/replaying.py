@@ -7,6 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from ffdstudio.errors import InputError
+from ffdstudio.meshes.formats import suffix_of
 from ffdstudio.project.commands import Command, OpenMesh
 from ffdstudio.project.files.exporting import Written, write_body
 from ffdstudio.project.files.journal import read_journal
@@ -70,5 +71,5 @@ def _file_names(bodies: tuple[Body, ...]) -> list[str]:
     """Names of the bodies' files; where two have the same one, the bodies' own names."""
     names = [body.path.name for body in bodies]
     twice = {name for name in names if names.count(name) > 1}
-    own = [f"{body.name}{body.path.suffix}".replace("/", "_") for body in bodies]
+    own = [f"{body.name}{suffix_of(body.path)}".replace("/", "_") for body in bodies]
     return [b if a in twice else a for a, b in zip(names, own, strict=True)]
