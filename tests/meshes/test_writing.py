@@ -62,7 +62,7 @@ def test_losses_are_listed_before_writing(block, tmp_path):
     assert losses(block, "b.stl")[1:] == [
         "only the surface is written, 12 volume cells are lost",
         "coordinates are rounded to single precision (float32)",
-        "these markers are lost: hull",
+        "these markers are lost: hull, Low",
     ]
 
 
