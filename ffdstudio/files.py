@@ -12,6 +12,8 @@
 5. Files that belong together (a deck and what it includes, all meshes of a morph) are all
    written before the first of them is renamed; should a rename fail, those before it are put
    back. Until then they have a second name, so that putting back needs neither memory nor room.
+6. Within `sources_kept`, which the command line puts around every command, a file that was read
+   is not written: neither under its own name nor through a link, as what file it ever was read.
 """
 
 from __future__ import annotations
@@ -35,10 +37,17 @@ from ffdstudio.errors import InputError
 STALE = 3600.0  # seconds after which nobody writes on
 Staged = list[tuple[Path, Path | None]]  # target, and the file to be renamed to it; None: removed
 _waiting: ContextVar[Staged | None] = ContextVar("waiting", default=None)
+_sources: ContextVar[set[tuple[int, int]] | None] = ContextVar("sources", default=None)
 
 
-def read_bytes(path: str | os.PathLike[str]) -> bytes:
+def read_bytes(path: str | os.PathLike[str], to_update: bool = False) -> bytes:
     """Return the content of a file.
+
+    Parameters
+    ----------
+    path : path-like
+    to_update : bool
+        Whether the file is one that will be written, and so is no source (see `sources_kept`).
 
     Raises
     ------
@@ -47,12 +56,80 @@ def read_bytes(path: str | os.PathLike[str]) -> bytes:
         names it and the cause.
     """
     try:
-        mode = Path(path).stat().st_mode
-        if not stat.S_ISREG(mode) and not stat.S_ISDIR(mode):
+        status = Path(path).stat()
+        if not stat.S_ISREG(status.st_mode) and not stat.S_ISDIR(status.st_mode):
             raise OSError("it is neither a file nor a folder")
-        return Path(path).read_bytes()
+        data = Path(path).read_bytes()
     except (OSError, ValueError) as error:
         raise InputError(f"cannot read {os.fspath(path)!r}: {_cause(error)}") from error
+    sources = _sources.get()
+    if sources is not None and not to_update:
+        sources.add((status.st_dev, status.st_ino))
+    return data
+
+
+@contextlib.contextmanager
+def sources_kept() -> Iterator[None]:
+    """Within it no file is overwritten or removed that was read within it.
+
+    Examples
+    --------
+    >>> import tempfile, pathlib
+    >>> mesh = pathlib.Path(tempfile.mkdtemp()) / "a.su2"
+    >>> write_bytes(mesh, b"abc")
+    >>> with sources_kept():
+    ...     data = read_bytes(mesh)
+    ...     is_source(mesh)
+    True
+    >>> is_source(mesh)
+    False
+    """
+    token = _sources.set(set())
+    try:
+        yield
+    finally:
+        _sources.reset(token)
+
+
+def is_source(path: str | os.PathLike[str]) -> bool:
+    """Whether a file, under whatever name, was read within `sources_kept`."""
+    try:
+        status = Path(path).stat()
+    except (OSError, ValueError):
+        return False
+    return (status.st_dev, status.st_ino) in (_sources.get() or ())
+
+
+Stamp = tuple[int, int, int]
+
+
+def stamp(path: str | os.PathLike[str]) -> Stamp | None:
+    """Return what changes whenever a file is replaced or written on; None without a file.
+
+    Whoever read a file under one stamp and means to replace it under another one asks first:
+    somebody else has been there.
+
+    Examples
+    --------
+    >>> import tempfile, pathlib
+    >>> path = pathlib.Path(tempfile.mkdtemp()) / "a.txt"
+    >>> write_bytes(path, b"abc")
+    >>> before = stamp(path)
+    >>> write_bytes(path, b"abc")
+    >>> stamp(path) == before
+    False
+    """
+    try:
+        status = Path(path).stat()
+    except (OSError, ValueError):
+        return None
+    return status.st_ino, status.st_size, status.st_mtime_ns
+
+
+def refuse_source(path: str | os.PathLike[str]) -> None:
+    """Raise `InputError` if a file was read within `sources_kept`: before the work, not after."""
+    if is_source(path):
+        raise InputError(f"{os.fspath(path)}: this would overwrite a file that is read")
 
 
 def write_bytes(path: str | os.PathLike[str], data: bytes) -> None:
@@ -105,6 +182,7 @@ def remove(path: str | os.PathLike[str]) -> None:
     InputError
         If it cannot be removed.
     """
+    refuse_source(path)
     with together() as staged:
         staged.append((Path(path), None))
 
@@ -165,6 +243,7 @@ def at_once() -> Iterator[None]:
 
 def _stage(target: Path, data: bytes, staged: Staged) -> None:
     """Write the data beside its target, under a temporary name that `staged` remembers."""
+    refuse_source(target)
     mode = _mode_to_keep(target)
     with contextlib.suppress(OSError, ValueError):
         _remove_litter(target)
@@ -270,6 +349,8 @@ def _clear(temporary: Iterable[Path | None]) -> None:
 def _failure_named(path: str | os.PathLike[str]) -> Iterator[None]:
     try:
         yield
+    except InputError:  # is a ValueError too
+        raise
     except (OSError, ValueError) as error:
         raise InputError(f"cannot write {os.fspath(path)!r}: {_cause(error)}") from error
 

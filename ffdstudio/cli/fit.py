@@ -10,14 +10,20 @@ from ffdstudio.cli.morph import make_folder
 from ffdstudio.cli.output import emit, note
 from ffdstudio.cli.parsing import fraction, named, whole
 from ffdstudio.cli.study_files import write_common, write_contour
+from ffdstudio.errors import InputError
 from ffdstudio.optimize import FitResult, plots
 from ffdstudio.optimize import fit as fit_shapes
 from ffdstudio.optimize.catalog.indicators import INDICATORS
 from ffdstudio.optimize.fits.fitting import NOTHING, TRIGGERS, extent
 from ffdstudio.optimize.geometry.sections import kulfan_tolerance
 from ffdstudio.optimize.runs.record import Record
+from ffdstudio.paths import is_same
 
 UNWRITTEN = "nothing written; -o DIR writes the lattice, a project, the log, a table and plots"
+OUTPUTS = (
+    "fit.lattice.json", "fit.ffdproj", "history.csv", "contour.dat", "log.jsonl",
+)  # fmt: skip
+"""Files that a fit writes on when it is over; what it draws has names of its own."""
 
 
 def add(parser: argparse.ArgumentParser) -> None:
@@ -84,6 +90,11 @@ def run(args: argparse.Namespace) -> int:
     source, target = (
         named_element(args.source, args.source_element), named_element(args.target, args.element)
     )  # fmt: skip
+    if folder is not None:
+        for name in OUTPUTS:
+            for read in (args.source, args.target):
+                if is_same(folder / name, read):
+                    raise InputError(f"{folder / name}: this would overwrite a file that is read")
     result = fit_shapes(
         source, target, columns=args.columns, rows=args.rows, layers=args.layers,
         adaptive=None if args.regular else args.adaptive, start=args.start, method=args.method,

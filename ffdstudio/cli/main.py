@@ -118,11 +118,14 @@ def _command(arguments: list[str]) -> int:
     name = next((word for word in arguments if not word.startswith("-")), "")
     parser = _parser(name)
     args = parser.parse_args(arguments)
+    from ffdstudio.files import sources_kept
+
     command = importlib.import_module(f"ffdstudio.cli.{args.command}")
     from ffdstudio.meshes import MeshWarning
 
     warnings.simplefilter("always", MeshWarning)
-    return int(command.run(args))
+    with sources_kept():
+        return int(command.run(args))
 
 
 def _parser(name: str) -> Parser:

@@ -15,7 +15,9 @@ from ffdstudio.cli.study_files import write_common, write_contour
 from ffdstudio.engine import Lattice, embed
 from ffdstudio.errors import InputError
 from ffdstudio.exchange.morphed import write_morphed
+from ffdstudio.files import refuse_source
 from ffdstudio.meshes import Mesh
+from ffdstudio.meshes.formats import suffix_of
 from ffdstudio.optimize import plots
 from ffdstudio.optimize.cases.case import Case, read_case
 from ffdstudio.optimize.consent import Consent
@@ -53,6 +55,9 @@ def run(args: argparse.Namespace) -> int:
     if folder is not None:
         make_folder(folder)
     case = read_case(args.case, folder, args.resume, Consent(everything=args.trust))
+    if folder is not None:
+        for name in outputs(case, Path(args.case).stem):
+            refuse_source(folder / name)
     history = _ran(case, args.case)
     result = figures(history) | _recalled(case.task.objective)
     if folder is not None:
@@ -130,6 +135,12 @@ def _row(record: Record) -> dict[str, Any]:
     return row
 
 
+def outputs(case: Case, name: str) -> list[str]:
+    """Files that a study writes on when it is over; what it draws has names of its own."""
+    fixed = [f"{name}.lattice.json", f"{name}.ffdproj", "history.csv", "contour.dat", "log.jsonl"]
+    return fixed if case.mesh is None else [*fixed, _mesh_name(case.mesh)]
+
+
 def write(case: Case, history: History, folder: Path, name: str) -> list[str]:
     """Write lattice, project, CSV, plots and contour; returns the names of the files."""
     current = history.lattice(-1)
@@ -165,10 +176,14 @@ def _pressures(objective: Objective, start: Array, end: Array, folder: Path) -> 
     return files
 
 
+def _mesh_name(mesh: Mesh) -> str:
+    return f"morphed{suffix_of(Path(str(mesh.path)))}"
+
+
 def _mesh(mesh: Mesh, first: Lattice, current: Lattice, folder: Path) -> tuple[str, dict[str, Any]]:
     """The whole mesh follows the lattice; returns the name of its file and its figures."""
     rest = rest_of(first, current)
     points = embed(rest, mesh.points).deform(current)
-    name = f"morphed{Path(str(mesh.path)).suffix}"
+    name = _mesh_name(mesh)
     write_morphed(mesh, folder / name, points, [(rest, current)])
     return name, measured(mesh, points)

@@ -23,7 +23,7 @@ from ffdstudio.exchange.conversion import Rules, adapted
 from ffdstudio.exchange.latticefile import Exactness, LatticeFile
 from ffdstudio.exchange.su2text import Box
 from ffdstudio.exchange.text import chosen, naming
-from ffdstudio.files import read_bytes, write_bytes
+from ffdstudio.files import read_bytes, sources_kept, write_bytes
 from ffdstudio.meshes import Mesh, read_mesh
 
 RULES = Rules("SU2", dimensions=(2, 3), uniform=True, weights=False)
@@ -92,8 +92,10 @@ def write(
     if isinstance(markers, str) or not isinstance(markers, Sequence | None):
         raise InputError(f"the markers must be a list of names, got {markers!r}")
     fitting, exactness = adapted(content, RULES, adapt)
-    data = read_bytes(path)
-    new = with_box(data, read_mesh(path), fitting.current, tag, markers, str(path))
+    data = read_bytes(path, to_update=True)
+    with sources_kept():  # the mesh that gets the box is no source of what is written
+        mesh = read_mesh(path)
+    new = with_box(data, mesh, fitting.current, tag, markers, str(path))
     write_bytes(path, new)
     return exactness
 

@@ -53,6 +53,11 @@ class Document(Editor):
         Other parts of the project file (studies, ...), kept as they are.
     ask : callable or None
         Called with a `ProjectFile` whose meshes are missing or changed; see `filing`.
+    may_overwrite : callable or None
+        Called with the project file when somebody else has written on it since: whether it is
+        replaced all the same. Without an answer it is not.
+    on_disk : tuple or None
+        Stamp of the project file as it was read or written here (see `files.stamp`).
     may_replace : callable or None
         Called when a project has been read, if something was done in the meantime: whether it
         may go.

@@ -23,6 +23,7 @@ import numpy as np
 from psygnal import Signal
 
 from ffdstudio.errors import InputError
+from ffdstudio.files import Stamp
 from ffdstudio.meshes import Mesh
 from ffdstudio.project.commands import Command
 from ffdstudio.project.edit import Edit
@@ -61,6 +62,8 @@ class Editor:
         self.surfaces: WeakKeyDictionary[Mesh, Surface] = WeakKeyDictionary()
         self.ask: Callable[[ProjectFile], ProjectFile | None] | None = None
         self.may_replace: Callable[[], bool] | None = None
+        self.may_overwrite: Callable[[Path], bool] | None = None
+        self.on_disk: Stamp | None = None
         self.turns = Turns()
         self._packs = False
         self._saved = self.model
@@ -188,6 +191,7 @@ class Editor:
     ) -> None:
         """Take a model that was opened; the history begins anew."""
         self.editing, self.path, self.sections = None, path, sections
+        self.on_disk = None
         self.history, self.journal = History(), Journal(list(commands_of(model)))
         self._packs = any(body.packed is not None for body in model.bodies)
         self._set_model(model)

@@ -5,7 +5,9 @@
 2. A worker sees values only: the model when the work began, paths, records.
 3. Meshes of a project that are missing or have changed are shown to `document.ask`, which may
    point to other files (`BodyRecord.path`), drop bodies, or give up by returning None.
-4. A project takes a while to read, and may be edited until it is there: `document.may_replace`
+4. A project file that somebody else has written on since is not replaced unasked
+   (`document.may_overwrite`).
+5. A project takes a while to read, and may be edited until it is there: `document.may_replace`
    is asked before what was done in the meantime goes.
 """
 
@@ -18,6 +20,8 @@ from typing import TYPE_CHECKING
 from ffdstudio.aliases import PathLike
 from ffdstudio.errors import InputError
 from ffdstudio.exchange import LatticeFile, read_lattice_file, write_lattice
+from ffdstudio.files import stamp
+from ffdstudio.paths import is_same
 from ffdstudio.project.commands import AddLattice
 from ffdstudio.project.editor import Editor
 from ffdstudio.project.files.exporting import Written, write_body
@@ -110,10 +114,18 @@ def export_lattice(document: Editor, key: str, path: PathLike) -> None:
 # ---- projects ---------------------------------------------------------------------------
 
 
-def save(document: Editor, path: PathLike, pack_meshes: bool) -> None:
-    """Write the project; what is done in the meantime counts as not saved."""
+class ChangedOnDisk(InputError):
+    """Somebody else has written on the project file since it was read or written here."""
+
+
+def save(document: Editor, path: PathLike, pack_meshes: bool, over: bool = False) -> None:
+    """Write the project; what is done in the meantime counts as not saved.
+
+    With `over` also over what somebody else has written since: `document.may_overwrite` agreed.
+    """
     model, target = document.settled_model, Path(path)
     content, turn = to_file(model, document.sections), document.turns.take()
+    ours = not over and document.path is not None and is_same(document.path, target)
 
     def done(_: None) -> None:
         if not document.turns.latest(turn):  # saved again in the meantime
@@ -123,11 +135,27 @@ def save(document: Editor, path: PathLike, pack_meshes: bool) -> None:
         document.filed.emit(target)
         document.told.emit(f"{target} saved")
 
-    failed = document.failed(f"{target.name} cannot be saved", "save")
+    told = document.failed(f"{target.name} cannot be saved", "save")
+
+    def failed(error: Exception) -> None:
+        ask = document.may_overwrite
+        if not isinstance(error, ChangedOnDisk) or ask is None:
+            told(error)
+        elif ask(target):
+            save(document, target, pack_meshes, over=True)
+
+    def write() -> None:
+        now, known = stamp(target), document.on_disk
+        if ours and None not in (now, known) and now != known:
+            raise ChangedOnDisk(
+                f"{target}: has been changed by another program since it was opened"
+            )
+        write_project(target, content, pack_meshes)
+        document.on_disk = stamp(target)  # here, where the next save waits for this one
 
     def work(progress: Progress) -> None:
         progress(0.0, f"writing {target.name}")
-        document.turns.wait(turn, target, lambda: write_project(target, content, pack_meshes))
+        document.turns.wait(turn, target, write)
 
     document.runner.start(f"Saving {target.name}", work, done, failed)
 
@@ -137,6 +165,7 @@ def open_project(document: Editor, path: PathLike, recovered: Left | None = None
     source = Path(path)
     failed = document.failed(f"{source.name} cannot be opened", "open")
     known = document.settled_model
+    seen = stamp(source)  # before it is read: whatever comes later is a change
 
     def read(content: ProjectFile) -> None:
         chosen = _asked(document, content)
@@ -159,6 +188,7 @@ def open_project(document: Editor, path: PathLike, recovered: Left | None = None
             _register_surface(document, opened)
         target = source if recovered is None else recovered.project
         document.replace(model, content.sections, target, saved=recovered is None)
+        document.on_disk = seen if recovered is None else recovered.project_stamp
         if recovered is None:
             document.filed.emit(source)
         for problem in problems:

@@ -11,6 +11,9 @@ import pytest
 
 from ffdstudio import InputError, read_mesh, write_mesh
 from ffdstudio.meshes import MeshWarning
+from ffdstudio.project.files import references
+from ffdstudio.project.files.opening import read_record
+from ffdstudio.project.files.records import BodyRecord
 from tests.meshes.specimens import grid_points, hexahedra, hexahedron_faces
 
 pytestmark = pytest.mark.filterwarnings("ignore::ffdstudio.meshes.MeshWarning")
@@ -306,3 +309,32 @@ def test_dictionaries_inside_a_patch_hide_nothing(tmp_path):
     boundary.write_text(boundary.read_text().replace("coupled {}", "coupled {"))
     with pytest.raises(InputError, match="does not end"):
         read_mesh(case)
+
+
+@pytest.mark.parametrize("name", ["faces", "owner", "neighbour", "boundary"])
+@pytest.mark.parametrize("where", ["elsewhere", "itself"])
+def test_points_are_not_mixed_with_a_mesh_that_has_changed_since(case, tmp_path, name, where):
+    mesh = read_mesh(case)
+    folder = case / "constant" / "polyMesh"
+    file = next(path for path in (folder / name, folder / f"{name}.gz") if path.exists())
+    file.write_bytes(file.read_bytes() + b"\n")
+    target = case if where == "itself" else tmp_path / "new"
+    before = files(case)
+    with pytest.raises(InputError, match=f"{name}.* has changed since the mesh was read"):
+        write_mesh(mesh, target, mesh.points + 0.5)
+    assert files(case) == before
+    assert not (tmp_path / "new").exists()
+
+
+def test_a_packed_case_is_written_although_its_folder_is_gone(case, tmp_path):
+    record = BodyRecord("case", case)
+    record.packed = references.contents(record)
+    record.sha256 = references.fingerprint(record.packed)
+    mesh = read_record(record).command.mesh
+    assert not mesh.template.folder.exists()
+    write_mesh(mesh, tmp_path / "new", mesh.points + 0.5)
+    assert np.allclose(read_mesh(tmp_path / "new").points, mesh.points + 0.5, atol=1e-6)
+    written, old = files(tmp_path / "new"), files(case)
+    assert {k: v for k, v in written.items() if "points" not in k} == {
+        k: v for k, v in old.items() if "points" not in k
+    }

@@ -302,3 +302,71 @@ def test_only_what_was_read_or_saved_is_filed(cube: Path, tmp_path: Path) -> Non
     document.save(tmp_path / "a.ffdproj")
     document.open(tmp_path / "a.ffdproj")
     assert filed == [cube, tmp_path / "a.ffdproj", tmp_path / "a.ffdproj"]
+
+
+# ---- two windows on one project ----------------------------------------------------------------
+
+
+@pytest.fixture
+def two(cube: Path, tmp_path: Path) -> tuple[Document, Document]:
+    """Two documents that have opened the same project."""
+    first, second = opened(cube, BOX), Document()
+    first.save(tmp_path / "a.ffdproj")
+    second.open(tmp_path / "a.ffdproj")
+    return first, second
+
+
+def test_what_another_window_saved_is_not_replaced_unasked(
+    two: tuple[Document, Document], tmp_path: Path
+) -> None:
+    first, second = two
+    first.do(BEND)
+    first.save()
+    theirs = (tmp_path / "a.ffdproj").read_bytes()
+    problems = told(second)
+    second.do(c.Rename("lattice2", "mine"))
+    second.save()
+    assert (tmp_path / "a.ffdproj").read_bytes() == theirs
+    assert second.modified
+    assert len(problems) == 1
+    assert "has been changed by another program" in problems[0]
+    second.save(tmp_path / "b.ffdproj")
+    assert not second.modified
+    first.do(c.Rename("lattice2", "again"))
+    first.save()  # nobody else was there
+    assert not first.modified
+
+
+@pytest.mark.parametrize("answer", [True, False])
+def test_whoever_may_overwrite_is_asked_once(
+    two: tuple[Document, Document], tmp_path: Path, answer: bool
+) -> None:
+    first, second = two
+    first.do(BEND)
+    first.save()
+    asked: list[Path] = []
+    second.may_overwrite = lambda path: bool(asked.append(path) or answer)
+    second.do(c.Rename("lattice2", "mine"))
+    second.save()
+    assert asked == [tmp_path / "a.ffdproj"]
+    assert second.modified is not answer
+    names = [record.name for record in Project.open(tmp_path / "a.ffdproj").lattices]
+    assert (names == ["mine"]) is answer
+    second.do(c.Rename("lattice2", "more"))
+    second.save()
+    assert len(asked) == (1 if answer else 2)
+
+
+def test_a_file_written_between_two_saves_is_noticed_and_a_removed_one_written_anew(
+    two: tuple[Document, Document], tmp_path: Path
+) -> None:
+    _, first = two
+    problems = told(first)
+    path = tmp_path / "a.ffdproj"
+    path.write_bytes(path.read_bytes())  # the same content, by somebody else
+    first.save()
+    assert len(problems) == 1
+    path.unlink()
+    first.save()
+    assert path.exists()
+    assert len(problems) == 1

@@ -17,6 +17,7 @@ from ffdstudio.gui.studio import Studio
 from ffdstudio.meshes.formats import suffix_of
 from ffdstudio.project.commands import TreatBoxes
 from ffdstudio.project.document import Document
+from ffdstudio.project.files.exporting import overwrites
 from ffdstudio.project.model import Body
 from ffdstudio.project.view.volume import Volume
 
@@ -62,6 +63,7 @@ class FileHandler:
         self.show_inverted: Callable[[str], None] = lambda key: None
         self.may_stop: Callable[[], bool] = lambda: True  # asks if a study is under way
         studio.document.may_replace = self.may_discard
+        studio.document.may_overwrite = self.may_overwrite
 
     @property
     def _document(self) -> Document:
@@ -165,7 +167,7 @@ class FileHandler:
     def _may_replace(self, path: Path) -> bool:
         """Ask before a mesh is written over one that the project was opened from."""
         bodies = self._document.model.bodies
-        owner = next((body for body in bodies if _same_file(Path(body.path), path)), None)
+        owner = next((body for body in bodies if overwrites(body, path)), None)
         if owner is None:
             return True
         question = Question(
@@ -302,6 +304,24 @@ class FileHandler:
             return not self._document.modified
         return answer == "discard"
 
+    def may_overwrite(self, path: Path) -> bool:
+        """Ask before a project is saved over what somebody else has made of its file."""
+        question = Question(
+            "Changed by another program",
+            f"{path.name} has changed since it was opened here.",
+            "Another window or program has written it. Replacing it loses what was saved there; "
+            "under another name both are kept.",
+            (
+                ("other", "Save under &another name…"),
+                ("replace", "&Replace it"),
+                ("cancel", "Cancel"),
+            ),
+        )
+        answer = self._studio.asker.choose(question)
+        if answer == "other":
+            self.save_as()
+        return answer == "replace"
+
     def _folder(self) -> Path:
         return Path(self._studio.settings.text("folder", str(Path.home())))
 
@@ -331,10 +351,3 @@ def is_lattice(name: str) -> bool:
     from ffdstudio.exchange.registry import is_lattice_file
 
     return is_lattice_file(name)
-
-
-def _same_file(one: Path, other: Path) -> bool:
-    try:
-        return one.samefile(other)
-    except OSError:  # one of them is not there
-        return False

@@ -127,7 +127,7 @@ class NastranTemplate:
         for target, content, grids in zip(targets[1:], contents[1:], self.files[1:], strict=True):
             if not in_place and _same(target, grids.deck.source.path):
                 continue  # an original in which nothing moves
-            if not target.exists() or read_bytes(target) != content:
+            if not target.exists() or read_bytes(target, to_update=True) != content:
                 _make(target.parent)
                 together[target] = content
         write_together([*together.items(), (path, contents[0])])

@@ -13,10 +13,11 @@
 from __future__ import annotations
 
 import gzip
+import hashlib
 import warnings
 import zlib
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -31,6 +32,7 @@ from ffdstudio.meshes.formats.foamzones import add_zones
 from ffdstudio.meshes.formats.number_table import pick_numbers
 from ffdstudio.meshes.formats.patch import BinaryTemplate, TextTemplate, warn_if_rounded
 from ffdstudio.meshes.mesh import Faces, Markers, Mesh, MeshWarning, boundary_faces
+from ffdstudio.paths import is_same
 
 KINDS = {
     "symmetryPlane": "symmetry",
@@ -58,6 +60,8 @@ class FoamTemplate:
     folder: Path
     file: FoamFile
     points: TextTemplate | BinaryTemplate
+    digests: dict[str, str]  # of the other files of the mesh, as they were read
+    kept: dict[str, bytes] | None = None  # their content, where the folder goes away
 
     @property
     def original(self) -> Array:
@@ -67,7 +71,7 @@ class FoamTemplate:
     def write(self, path: Path, points: Array) -> None:
         """Write the file of points, and copies of the mesh's other files if it is elsewhere."""
         warn_if_rounded(self.original, points, self.dtype, path)
-        target = folder_of(path)
+        target, files = folder_of(path), self._as_read()
         new = self.points.patched(points)
         if self.file.source.path.suffix == ".gz":
             new = self.file.raw if new == self.file.source.data else packed(new)
@@ -77,7 +81,7 @@ class FoamTemplate:
                 write_bytes(path, b"")
         except OSError as error:
             raise InputError(f"cannot write {target}: {error.strerror}") from error
-        copies = {} if target.samefile(self.folder) else self._copies(target)
+        copies = {} if is_same(target, self.folder) else self._copies(target, files)
         file = target / self.file.source.path.name
         write_together([*copies.items(), (file, new)])
         _remove_twin(file)
@@ -94,26 +98,59 @@ class FoamTemplate:
         """Type of the coordinates in the file."""
         return self.points.dtype
 
-    def _copies(self, target: Path) -> dict[Path, bytes]:
+    def _copies(self, target: Path, files: dict[str, bytes]) -> dict[Path, bytes]:
         """Files of the mesh, besides its points, that are not in a folder yet."""
         found = {}
-        for name in COPIED:
-            for file in (self.folder / name, self.folder / f"{name}.gz"):
-                if not file.is_file():
-                    continue
-                data = read_bytes(file)
-                if name in TOPOLOGY:
-                    _refuse_another(target, name, data)
-                copy = target / file.name
-                if not copy.exists() or read_bytes(copy) != data:
-                    found[copy] = data
+        for name, data in files.items():
+            plain = name.removesuffix(".gz")
+            if plain in TOPOLOGY:
+                _refuse_another(target, plain, data)
+            copy = target / name
+            if not copy.exists() or read_bytes(copy, to_update=True) != data:
+                found[copy] = data
         return found
+
+    def _as_read(self) -> dict[str, bytes]:
+        """The mesh's other files; raises if one is not what was read with these points."""
+        files = self.kept if self.kept is not None else contents(self.folder)
+        for name, digest in self.digests.items():
+            if name not in files or _digest(files[name]) != digest:
+                raise InputError(
+                    f"{self.folder / name}: has changed since the mesh was read; open it again"
+                )
+        return {name: files[name] for name in self.digests}
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    """Files of a mesh besides its points, packed or not, by name."""
+    files = [folder / f"{name}{end}" for name in COPIED for end in ("", ".gz")]
+    return {file.name: read_bytes(file) for file in files if file.is_file()}
+
+
+def without_folder(mesh: Mesh) -> Mesh:
+    """Return a mesh of a folder that will go away: what it needs of it stays in memory."""
+    template = mesh.template
+    if not isinstance(template, FoamTemplate):
+        return mesh
+    return replace(mesh, template=replace(template, kept=contents(template.folder)))
+
+
+def _digests(folder: Path, topology: tuple[FoamFile, ...]) -> dict[str, str]:
+    """SHA-256 of a mesh's files besides its points: of what was read, not of what is there now."""
+    known = {file.source.path.name: file.raw for file in topology}
+    twins = {f"{name}.gz" for name in known} | {name.removesuffix(".gz") for name in known}
+    more = {name: data for name, data in contents(folder).items() if name not in twins}
+    return {name: _digest(data) for name, data in (more | known).items()}
+
+
+def _digest(data: bytes) -> str:
+    return hashlib.sha256(data).hexdigest()
 
 
 def _refuse_another(target: Path, name: str, data: bytes) -> None:
     """Raise if a folder has a file of that name with other content, packed or not."""
     for file in (target / name, target / f"{name}.gz"):
-        if file.exists() and _plain(read_bytes(file)) != _plain(data):
+        if file.exists() and _plain(read_bytes(file, to_update=True)) != _plain(data):
             raise InputError(f"{target} holds another mesh ({name}): choose another folder")
 
 
@@ -171,12 +208,15 @@ def read(path: Path, data: bytes, progress: Progress) -> Mesh:
     if not folder.is_dir():
         raise InputError(_not_there(path, folder))
     points = FoamFile.find(folder, "points")
-    template = FoamTemplate(folder, points, _points(points))
+    coordinates = _points(points)
     progress(0.3)
-    nodes, offsets = FoamFile.find(folder, "faces").faces()
+    nodes_of, owners, others = (FoamFile.find(folder, name) for name in TOPOLOGY)
+    nodes, offsets = nodes_of.faces()
     progress(0.7)
-    owner = FoamFile.find(folder, "owner").labels()
-    neighbour = FoamFile.find(folder, "neighbour").labels()
+    owner, neighbour = owners.labels(), others.labels()
+    template = FoamTemplate(
+        folder, points, coordinates, _digests(folder, (nodes_of, owners, others))
+    )
     faces = _faces(folder, len(template.original), nodes, offsets, owner, neighbour)
     markers, kinds, partners = _patches(folder, faces)
     add_zones(folder, faces, len(template.original), markers)

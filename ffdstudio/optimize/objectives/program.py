@@ -106,8 +106,9 @@ class ExternalProgram(Objective):
         write_bytes(place / "variables.json", json.dumps(said).encode())
         if self.mesh is not None:
             from ffdstudio.meshes import write_mesh
+            from ffdstudio.meshes.formats import suffix_of
 
-            suffix = Path(self.mesh.path).suffix if self.mesh.path else ".vtu"
+            suffix = suffix_of(Path(self.mesh.path)) if self.mesh.path else ".vtu"
             write_mesh(self.mesh, place / f"mesh{suffix}", request.points)
         return place
 

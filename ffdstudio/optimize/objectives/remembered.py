@@ -108,7 +108,7 @@ class Remembered(Objective):
 def _read(path: Path, points: Array) -> Evaluation | None:
     """Evaluation that a file holds; None if it is not, to the last field, one of ours."""
     try:
-        entries = archive.unpack(read_bytes(path), path.name)
+        entries = archive.unpack(read_bytes(path, to_update=True), path.name)
         head = strictjson.loads(str(npy.loads(entries["head.npy"], text=True)).encode(), path.name)
         rows = npy.loads(entries["gradient.npy"]) if "gradient.npy" in entries else None
         fields = _checked(head)

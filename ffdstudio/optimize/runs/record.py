@@ -163,7 +163,7 @@ def read_log(folder: str | Path) -> History:
 
 
 def _parsed(path: Path) -> Iterator[Record]:
-    lines = read_bytes(path).split(b"\n")
+    lines = read_bytes(path, to_update=True).split(b"\n")
     for number, line in enumerate(lines[:-1], start=1):  # the last one is unfinished or empty
         try:
             yield _record(line.decode())

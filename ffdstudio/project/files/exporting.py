@@ -11,6 +11,8 @@ from pathlib import Path
 from ffdstudio.errors import InputError
 from ffdstudio.exchange.morphed import write_morphed
 from ffdstudio.meshes import MeshWarning
+from ffdstudio.meshes.formats.openfoam import folder_of
+from ffdstudio.paths import is_same
 from ffdstudio.project.followers import deformed
 from ffdstudio.project.model import Body, LatticeItem
 from ffdstudio.project.running import Progress, no_progress
@@ -25,6 +27,17 @@ class Written:
     nodes: int
     moved: int
     losses: tuple[str, ...] = ()
+
+
+def overwrites(body: Body, path: str | os.PathLike[str]) -> bool:
+    """Whether a mesh written to a path takes the place of the one that a body came from.
+
+    A mesh of OpenFOAM is its folder ``polyMesh``, by whatever name one gets there: the case, a
+    ``.foam`` file in it, the folder itself.
+    """
+    if is_same(body.path, path):
+        return True
+    return body.mesh.format == "openfoam" and is_same(folder_of(body.path), folder_of(Path(path)))
 
 
 def write_body(

@@ -9,6 +9,7 @@ from pathlib import Path
 from ffdstudio.errors import InputError
 from ffdstudio.exchange.morphed import BOXES
 from ffdstudio.meshes import Mesh, read_mesh
+from ffdstudio.meshes.formats.openfoam import without_folder
 from ffdstudio.meshes.planes import planes_of
 from ffdstudio.meshes.walls import wall_markers
 from ffdstudio.project.commands import OpenMesh
@@ -43,6 +44,8 @@ def read_record(record: BodyRecord, progress: Progress = no_progress) -> Opened:
     name = record.path.name
     with references.on_disk(record) as path:
         mesh = read_mesh(path, lambda fraction: progress(0.8 * fraction, f"reading {name}"))
+        if record.packed is not None:
+            mesh = without_folder(mesh)
     progress(0.8, f"preparing {name}")
     surface = surface_of(mesh)
     planes_of(mesh)  # known from now on: an edit asks for them

@@ -25,7 +25,8 @@ from typing import IO, Any
 
 from ffdstudio.containers.strictjson import loads
 from ffdstudio.errors import InputError
-from ffdstudio.files import read_bytes, write_bytes
+from ffdstudio.files import Stamp, read_bytes, stamp, write_bytes
+from ffdstudio.paths import is_file
 from ffdstudio.project.files.journal import Journal
 from ffdstudio.project.files.records import ProjectFile
 from ffdstudio.project.files.storage import write_project
@@ -62,6 +63,14 @@ class Left:
     def autosave(self) -> Path:
         """The project as it was last saved automatically."""
         return self.folder / PROJECT
+
+    @property
+    def project_stamp(self) -> Stamp | None:
+        """Stamp of the project file; one that fits none if it was written after the autosave."""
+        if self.project is None or not is_file(self.project):
+            return None
+        found = stamp(self.project)
+        return found if found is not None and found[2] <= self.saved * 1e9 else (0, 0, 0)
 
     @property
     def journal(self) -> Path:

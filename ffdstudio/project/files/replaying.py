@@ -7,6 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from ffdstudio.errors import InputError
+from ffdstudio.files import together
 from ffdstudio.meshes.formats import suffix_of
 from ffdstudio.project.commands import Command, OpenMesh
 from ffdstudio.project.files.exporting import Written, write_body
@@ -61,9 +62,10 @@ def export(
     except OSError as error:
         raise InputError(f"cannot make the folder {target}: {error.strerror}") from error
     written, names = [], _file_names(model.bodies)
-    for body, name in zip(model.bodies, names, strict=True):
-        tell(f"writing {name}")
-        written.append(write_body(body, model.steps, target / name))
+    with together():  # none of them if one would overwrite what was read
+        for body, name in zip(model.bodies, names, strict=True):
+            tell(f"writing {name}")
+            written.append(write_body(body, model.steps, target / name))
     return written
 
 
