@@ -5,6 +5,8 @@
 2. numba reads and writes it at the first call with a signature, so that is guarded in the cache
    itself; calls from compiled code and all later ones are numba's own and cost nothing more.
 3. Damaged machine code would crash the process: each file ends with a digest of the rest.
+4. A function counts as changed when any module of its folder has: numba watches its own file
+   alone, and would go on using what it has compiled in from another one.
 """
 
 from __future__ import annotations
@@ -14,6 +16,7 @@ import hashlib
 import pickle
 from collections.abc import Callable
 from contextlib import suppress
+from pathlib import Path
 from typing import Any
 
 DIGEST = 32  # bytes of SHA-256
@@ -34,6 +37,36 @@ def compiled(function: Callable[..., Any], **options: Any) -> Any:
 
 
 @functools.cache
+def whole() -> Any:
+    """Intrinsic by which a compiled function says that it is not to be copied into its callers.
+
+    LLVM would copy a large function into each caller and optimise every copy anew.
+    """
+    from numba import types
+    from numba.extending import intrinsic
+
+    def generate_whole(context: Any) -> Any:
+        def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            builder.function.attributes.add("noinline")
+            return context.get_dummy_value()
+
+        return types.none(), generate
+
+    return intrinsic(generate_whole)
+
+
+def _stamp(function: Callable[..., Any]) -> tuple[object, ...]:
+    """What tells one version of the function's folder from another."""
+    return _stamp_of(Path(function.__code__.co_filename).parent)
+
+
+@functools.cache
+def _stamp_of(folder: Path) -> tuple[object, ...]:
+    states = [(path.name, path.stat()) for path in sorted(folder.glob("*.py"))]
+    return tuple((name, state.st_mtime, state.st_size) for name, state in states)
+
+
+@functools.cache
 def _cache_class() -> Any:
     """Cache of numba that never fails; made on first use, since numba takes its time."""
     from numba.core.caching import FunctionCache, IndexDataCacheFile
@@ -51,7 +84,7 @@ def _cache_class() -> Any:
             super().__init__(function)
             plain = self._cache_file
             self._cache_file = CheckedFile(
-                plain._cache_path, self._impl.filename_base, plain._source_stamp
+                plain._cache_path, self._impl.filename_base, _stamp(function)
             )
 
         def load_overload(self, signature: Any, context: Any) -> Any:

@@ -85,7 +85,7 @@ def _search(
         kernels.invert_points(
             method, *ready.spline, ready.frames, ready.bins, points[part], ready.axes,
             ready.centre, goal, ready.slack, ready.regular, ready.longest,
-            *(array[part] for array in result),
+            ready.bent, *(array[part] for array in result),
         )  # fmt: skip
         found = result.parameters[part]
         np.clip(found + ready.start, *net.domain, out=found)  # rounded, it may pass the last knot
