@@ -14,7 +14,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ffdstudio.aliases import Array
-from ffdstudio.engine.basis import basis
 from ffdstudio.engine.knots import numbers
 from ffdstudio.errors import InputError
 
@@ -31,6 +30,20 @@ def evaluate(lattice: Lattice, uvw: ArrayLike, derivative: Sequence[int] | None 
             f"got {order}"
         )
     u = checked_parameters(lattice, uvw)
+    if lattice.frame is None or lattice.reference is None:
+        return spline(lattice, u, order)
+    out = lattice.frame.world(u, order)
+    rest = lattice.reference
+    if not (
+        np.array_equal(lattice.control_points, rest.control_points)
+        and np.array_equal(lattice.weights, rest.weights)
+    ):
+        out += spline(lattice, u, order) - spline(rest, u, order)
+    return out
+
+
+def spline(lattice: Lattice, u: Array, order: Sequence[int]) -> Array:
+    """The spline of the control points alone, whatever frame it moves."""
     net = lattice.homogeneous
     if (lattice.weights == 1).all():
         return _combine(lattice, net[..., :3], u, order)
@@ -55,14 +68,13 @@ def support(
 ) -> Iterator[tuple[NDArray[np.intp], Array]]:
     """Yield (flat index, basis product), each (n,), of every control point at each parameter."""
     parts = [
-        basis(lattice.knots[k], lattice.degrees[k], u[:, k], order[k])
-        for k in range(lattice.dimension)
+        direction.functions(u[:, k], order[k]) for k, direction in enumerate(lattice.directions)
     ]
     for offset in product(*(range(p + 1) for p in lattice.degrees)):
         index = np.zeros(len(u), dtype=np.intp)
         value = np.ones(len(u))
-        for k, (first, values) in enumerate(parts):
-            index = index * lattice.shape[k] + first + offset[k]
+        for k, (numbers_of, values) in enumerate(parts):
+            index = index * lattice.shape[k] + numbers_of[:, offset[k]]
             value = value * values[:, offset[k]]
         yield index, value
 

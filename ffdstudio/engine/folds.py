@@ -22,7 +22,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ffdstudio.aliases import Array
-from ffdstudio.engine.basis import basis
 from ffdstudio.engine.lattice import Lattice
 
 DEPTH = 5  # halvings in each direction before a span is called undecided
@@ -102,8 +101,9 @@ def folds(lattice: Lattice, rest: Lattice | None = None) -> Folds:
     >>> print(folds(box.moved(points)))
     the lattice folds in 1 knot span (exact, by Bezier coefficients)
     """
+    lattice, rest = lattice.clamped(), None if rest is None else rest.clamped()
     spans = [knot_spans(knots) for knots in lattice.knots]
-    exact = bool((lattice.weights == 1).all())
+    exact = bool((lattice.weights == 1).all()) and lattice.frame is None
     nodes = [_nodes(p, lattice.dimension, exact) for p in lattice.degrees]
     sign = _orientation(lattice if rest is None else rest)
     answers = []
@@ -115,7 +115,8 @@ def folds(lattice: Lattice, rest: Lattice | None = None) -> Folds:
     method = "exact, by Bezier coefficients"
     if not exact:
         dense = "x".join(str(len(n)) for n in nodes)
-        method = f"sampled at {dense} points in each knot span, for it has weights"
+        why = "has weights" if lattice.frame is None else "follows a curved frame"
+        method = f"sampled at {dense} points in each knot span, for it {why}"
     return Folds(method, bad, open_ones, tuple(spans))
 
 
@@ -158,19 +159,26 @@ def determinants(lattice: Lattice, spans: list[Array], nodes: list[Array]) -> Ar
     """(spans, nodes of each direction) Jacobian determinants in the span of the axes."""
     places = [(s[:, :1] + np.diff(s) * n).ravel() for s, n in zip(spans, nodes, strict=True)]
     d = lattice.dimension
-    net = lattice.homogeneous
-    whole = _on_grid(lattice, net, places, -1)
-    columns = []
-    for k in range(d):
-        change = _on_grid(lattice, net, places, k)
-        point = whole[..., :3] / whole[..., 3:]
-        columns.append(
-            (change[..., :3] - point * change[..., 3:]) / whole[..., 3:] @ lattice.axes.T
-        )
-    values = _det(columns)
+    slopes = _slopes(lattice, places)
+    if lattice.frame is not None and lattice.reference is not None:
+        grid = np.stack(np.meshgrid(*places, indexing="ij"), axis=-1)
+        for k, rest in enumerate(_slopes(lattice.reference, places)):
+            order = [int(i == k) for i in range(d)]
+            frame = lattice.frame.world(grid.reshape(-1, d), order).reshape(rest.shape)
+            slopes[k] = frame + (slopes[k] - rest)
+    values = _det([slope @ lattice.axes.T for slope in slopes])
     split = [size for s, n in zip(spans, nodes, strict=True) for size in (len(s), len(n))]
     order = [*range(0, 2 * d, 2), *range(1, 2 * d, 2)]
     return values.reshape(split).transpose(order).reshape(-1, *map(len, nodes))
+
+
+def _slopes(lattice: Lattice, places: list[Array]) -> list[Array]:
+    """Derivatives of the spline by each parameter on a grid, (..., 3) each."""
+    net = lattice.homogeneous
+    whole = _on_grid(lattice, net, places, -1)
+    point, weight = whole[..., :3] / whole[..., 3:], whole[..., 3:]
+    changes = [_on_grid(lattice, net, places, k) for k in range(lattice.dimension)]
+    return [(change[..., :3] - point * change[..., 3:]) / weight for change in changes]
 
 
 def _det(columns: list[Array]) -> Array:
@@ -186,11 +194,7 @@ def _det(columns: list[Array]) -> Array:
 def _on_grid(lattice: Lattice, net: Array, places: list[Array], axis: int) -> Array:
     """Homogeneous points on a grid of parameters, or their derivative along one direction."""
     for k, u in enumerate(places):
-        first, values = basis(lattice.knots[k], lattice.degrees[k], u, int(k == axis))
-        matrix = np.zeros((len(u), lattice.shape[k]))
-        rows = np.arange(len(u))[:, None]
-        matrix[rows, first[:, None] + np.arange(values.shape[1])] = values
-        net = _apply(matrix, net, k)
+        net = _apply(lattice.directions[k].matrix(u, int(k == axis)), net, k)
     return net
 
 

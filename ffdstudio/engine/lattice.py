@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Self
+from collections.abc import Mapping, Sequence
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -11,10 +11,14 @@ from numpy.typing import ArrayLike
 from ffdstudio.aliases import Array
 from ffdstudio.engine import knots as kv
 from ffdstudio.engine import refinement
-from ffdstudio.engine.boxes import Frame, box_net, complete_axes
+from ffdstudio.engine.boxes import Frame as BoxFrame
+from ffdstudio.engine.boxes import box_net, complete_axes
+from ffdstudio.engine.direction import Direction
 from ffdstudio.engine.evaluate import evaluate
+from ffdstudio.engine.frames import Cylinder, Frame, cylinder_directions, cylinder_net
 from ffdstudio.engine.knots import DIRECTIONS
-from ffdstudio.engine.transfer import along
+from ffdstudio.engine.parts import checked_parts
+from ffdstudio.engine.transfer import carried
 from ffdstudio.errors import InputError
 from ffdstudio.limits import check_control_points
 
@@ -27,7 +31,8 @@ class Lattice:
     degrees : sequence of int
         Degree of each parametric direction, ``1 <= p <= a`` for ``a + 1`` control points.
     knots : sequence of array_like
-        A clamped knot vector for each direction.
+        A knot vector for each direction: clamped, ``a + p + 2`` knots, or periodic,
+        ``a + 2 p + 2`` of them that repeat after ``a + 1`` (see `engine.direction`).
     control_points : array_like
         (a+1, b+1, c+1, 3) in world units; (a+1, b+1, 3) and (a+1, 3) for lattices of two
         and one directions.
@@ -37,13 +42,21 @@ class Lattice:
         (d, 3) orthonormal vectors, d the number of directions. With d < 3 a point belongs to
         the lattice by its coordinates along these axes alone. Default: the first d
         coordinate axes.
+    periodic : sequence of bool, optional
+        Which directions close on themselves. Default: none.
+    frame : Frame, optional
+        Curved coordinates that the lattice at rest follows (see `engine.frames`).
+    reference : Lattice, optional
+        With a frame: a lattice of the same directions whose control points and weights leave
+        the frame as it is. Default: this one.
 
     Attributes
     ----------
-    degrees : tuple of int
-    knots : tuple of numpy.ndarray
+    directions : tuple of Direction
     control_points, weights, axes : numpy.ndarray
         Read-only float64 arrays.
+    frame : Frame or None
+    reference : Lattice or None
 
     Raises
     ------
@@ -57,13 +70,17 @@ class Lattice:
     array([[0.5 , 0.25, 1.  ]])
     """
 
-    __slots__ = ("__weakref__", "axes", "control_points", "degrees", "knots", "weights")
+    __slots__ = (
+        "axes", "control_points", "directions", "frame", "memo", "reference", "weights",
+    )  # fmt: skip
 
-    degrees: tuple[int, ...]
-    knots: tuple[Array, ...]
+    directions: tuple[Direction, ...]
     control_points: Array
     weights: Array
     axes: Array
+    frame: Frame | None
+    reference: Lattice | None
+    memo: dict[str, Any]  # what the engine has made for this value; it goes with it
 
     def __init__(
         self,
@@ -72,6 +89,10 @@ class Lattice:
         control_points: ArrayLike,
         weights: ArrayLike | None = None,
         axes: ArrayLike | None = None,
+        *,
+        periodic: Sequence[bool] | None = None,
+        frame: Frame | None = None,
+        reference: Lattice | None = None,
     ) -> None:
         points = _points(control_points)
         shape = points.shape[:-1]
@@ -81,30 +102,53 @@ class Lattice:
                 f"a net of {len(shape)} directions needs as many degrees and knot vectors, "
                 f"got {len(degrees)} and {len(knots)}"
             )
+        closed = [False] * len(shape) if periodic is None else list(periodic)
+        if len(closed) != len(shape):
+            raise InputError(f"{len(shape)} directions are periodic or not, got {len(closed)}")
         checked = [
-            kv.checked(knots[k], degrees[k], shape[k], DIRECTIONS[k]) for k in range(len(shape))
+            Direction.checked(knots[k], degrees[k], shape[k], DIRECTIONS[k], closed[k])
+            for k in range(len(shape))
         ]
-        self._set(degrees, checked, points, _weights(weights, shape), complete_axes(axes, shape))
+        self._set(
+            checked, points, _weights(weights, shape), complete_axes(axes, shape), frame, reference
+        )
 
     def _set(
         self,
-        degrees: Sequence[int],
-        knots: Sequence[Array],
+        directions: Sequence[Direction],
         points: Array,
         weights: Array,
         axes: Array,
+        frame: Frame | None,
+        reference: Lattice | None,
     ) -> None:
-        for array in (*knots, points, weights, axes):
+        for array in (points, weights, axes):
             array.flags.writeable = False
-        fields = {
-            "degrees": tuple(int(p) for p in degrees),
-            "knots": tuple(knots),
+        fields: dict[str, Any] = {
+            "directions": tuple(directions),
             "control_points": points,
             "weights": weights,
             "axes": axes,
+            "frame": frame,
+            "reference": None,
+            "memo": {},
         }
+        if frame is not None:
+            fields["reference"] = self._spline(reference, fields)
         for name, value in fields.items():
             object.__setattr__(self, name, value)
+
+    @staticmethod
+    def _spline(reference: Lattice | None, fields: dict[str, Any]) -> Lattice:
+        """The lattice without its frame; a reference must have the same directions."""
+        plain = object.__new__(Lattice)
+        net = fields["control_points"], fields["weights"]
+        if reference is not None:
+            net = reference.control_points, reference.weights
+            if net[1].shape != fields["weights"].shape:
+                raise InputError("the reference of a lattice has other control points than it")
+        plain._set(fields["directions"], *net, fields["axes"], None, None)
+        return plain
 
     def __setattr__(self, name: str, value: object) -> None:
         raise AttributeError("a lattice is an immutable value; use moved() to get another one")
@@ -113,7 +157,7 @@ class Lattice:
         raise AttributeError("a lattice is an immutable value")
 
     def __reduce__(self) -> tuple[object, ...]:
-        return Lattice, (self.degrees, self.knots, self.control_points, self.weights, self.axes)
+        return Lattice.of_parts, (self.parts(),)
 
     def __repr__(self) -> str:
         counts = "x".join(str(n) for n in self.shape)
@@ -127,6 +171,7 @@ class Lattice:
             and np.array_equal(self.control_points, other.control_points)
             and np.array_equal(self.weights, other.weights)
             and np.array_equal(self.axes, other.axes)
+            and self.reference == other.reference
         )
 
     __hash__ = None  # type: ignore[assignment]
@@ -201,9 +246,61 @@ class Lattice:
         >>> lattice.control_points[0, 0]
         array([-0.1, -0.2,  0. ])
         """
-        frame = Frame.of(axes, len(shape))
+        frame = BoxFrame.of(axes, len(shape))
         lower, upper = frame.bounds(points, margin)
         return cls.box(lower, upper, shape, degrees, axes, spacing)
+
+    @classmethod
+    def cylinder(
+        cls,
+        radii: ArrayLike,
+        angles: ArrayLike | None = None,
+        heights: ArrayLike | None = None,
+        shape: Sequence[int] = (4, 12, 4),
+        degrees: Sequence[int] | None = None,
+        origin: ArrayLike = (0.0, 0.0, 0.0),
+        axis: ArrayLike = (0.0, 0.0, 1.0),
+        start: ArrayLike | None = None,
+    ) -> Self:
+        """Lattice that fills a cylinder, a ring or a sector: radius, angle, height.
+
+        At rest it is the cylinder exactly, and the parameters are the cylindrical coordinates. A
+        full ring is periodic in the angle: it has no seam, whichever column moves.
+
+        Parameters
+        ----------
+        radii : array_like
+            (2,) inner and outer radius, the inner one 0 for a solid.
+        angles : array_like, optional
+            (2,) first and last angle of a sector in radians. Default: the full turn.
+        heights : array_like
+            (2,) lower and upper end along the axis; not given with two directions.
+        shape : sequence of int
+            Control points along radius and angle, or along radius, angle and height.
+        degrees : sequence of int, optional
+            Default: 3, or less where the direction has too few points.
+        origin, axis, start : array_like
+            (3,) a point of the axis, its direction, and the direction of angle 0 (by default the
+            next coordinate direction).
+
+        Raises
+        ------
+        InputError
+            If radii, angles or heights do not ascend, or shape and degrees do not fit.
+
+        Examples
+        --------
+        >>> ring = Lattice.cylinder((1, 2), heights=(0, 3), shape=(3, 8, 2))
+        >>> ring.evaluate([[1.5, np.pi, 3.0]]).round(12)
+        array([[-1.5,  0. ,  3. ]])
+        """
+        frame = Cylinder.of(origin, axis, start)
+        directions = cylinder_directions(radii, angles, heights, shape, degrees)
+        points = cylinder_net(frame, directions)
+        new = object.__new__(cls)
+        axes = frame.axes[: len(directions)]
+        new._set(directions, points, np.ones(points.shape[:-1]), axes, frame, None)
+        return new
 
     def moved(
         self, control_points: ArrayLike | None = None, weights: ArrayLike | None = None
@@ -223,17 +320,66 @@ class Lattice:
                 f"got {points.shape}"
             )
         new_weights = self.weights if weights is None else _weights(weights, self.shape)
-        return self._with(self.degrees, self.knots, points, new_weights)
+        return self._with(self.directions, points, new_weights, self.reference)
 
     def _with(
-        self, degrees: Sequence[int], knots: Sequence[Array], points: Array, weights: Array
+        self,
+        directions: Sequence[Direction],
+        points: Array,
+        weights: Array,
+        reference: Lattice | None,
     ) -> Self:
         """Make a sibling without checking again what is known to be right."""
         new = object.__new__(type(self))
-        new._set(degrees, knots, points, weights, self.axes)
+        new._set(directions, points, weights, self.axes, self.frame, reference)
         return new
 
     # ---- what it is -------------------------------------------------------------------
+
+    @property
+    def degrees(self) -> tuple[int, ...]:
+        """Degree of each direction.
+
+        Examples
+        --------
+        >>> Lattice.box([0, 0], [1, 1], shape=(5, 3)).degrees
+        (3, 2)
+        """
+        return tuple(direction.degree for direction in self.directions)
+
+    @property
+    def knots(self) -> tuple[Array, ...]:
+        """Knots of each direction; those of a periodic one go on beyond its range.
+
+        Examples
+        --------
+        >>> Lattice.box([0], [1], shape=(3,)).knots
+        (array([0., 0., 0., 1., 1., 1.]),)
+        """
+        return tuple(direction.knots for direction in self.directions)
+
+    @property
+    def periodic(self) -> tuple[bool, ...]:
+        """Which directions close on themselves.
+
+        Examples
+        --------
+        >>> Lattice.cylinder((1, 2), shape=(2, 8)).periodic
+        (False, True)
+        """
+        return tuple(direction.periodic for direction in self.directions)
+
+    @property
+    def seams(self) -> tuple[tuple[int, int], ...]:
+        """Direction and side of the ends that are none, for the direction is periodic.
+
+        Examples
+        --------
+        >>> Lattice.cylinder((1, 2), shape=(2, 8)).seams
+        ((1, 0), (1, 1))
+        """
+        closed = [k for k, periodic in enumerate(self.periodic) if periodic]
+        return tuple((k, side) for k in closed for side in (0, 1))
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -281,7 +427,7 @@ class Lattice:
         array([[0., 3.],
                [0., 4.]])
         """
-        return np.array([[u[0], u[-1]] for u in self.knots])
+        return np.array([direction.domain for direction in self.directions])
 
     @property
     def homogeneous(self) -> Array:
@@ -307,8 +453,10 @@ class Lattice:
         >>> box.same_space(box.insert_knots(0, [0.5]))
         False
         """
-        return self.degrees == other.degrees and all(
-            np.array_equal(a, b) for a, b in zip(self.knots, other.knots, strict=True)
+        return (
+            len(self.directions) == len(other.directions)
+            and all(a.same(b) for a, b in zip(self.directions, other.directions, strict=True))
+            and self.frame == other.frame
         )
 
     def greville(self, axis: int) -> Array:
@@ -319,7 +467,7 @@ class Lattice:
         >>> Lattice.box([0, 0], [1, 1], shape=(4, 3)).greville(1)
         array([0. , 0.5, 1. ])
         """
-        return kv.greville(self.knots[axis], self.degrees[axis])
+        return self.directions[axis].greville()
 
     def evaluate(self, uvw: ArrayLike, derivative: Sequence[int] | None = None) -> Array:
         """Points R(u, v, w), or a partial derivative of total order 1 or 2.
@@ -406,16 +554,82 @@ class Lattice:
         """
         return self._carried(*refinement.removal(self, axis, knots, tolerance))
 
-    def _carried(self, axis: int, degree: int, knots: Array, matrix: Array) -> Self:
+    def clamped(self) -> Self:
+        """The same map with clamped directions alone; what is periodic gets ends at its seam.
+
+        The control points on both sides of the seam are then free of each other.
+
+        Examples
+        --------
+        >>> ring = Lattice.cylinder((1, 2), shape=(2, 8))
+        >>> ring.clamped().shape, ring.clamped().periodic
+        ((2, 11), (False, False))
+        """
+        if not any(self.periodic):
+            return self
+        if "clamped" not in self.memo:
+            new = self
+            for axis, direction in enumerate(self.directions):
+                new = new._carried(axis, *direction.clamped())
+            self.memo["clamped"] = new
+        made: Self = self.memo["clamped"]
+        return made
+
+    # ---- as plain parts -----------------------------------------------------------------
+
+    def parts(self) -> dict[str, Any]:
+        """What the lattice is made of, for files: arrays, numbers and texts by name.
+
+        "periodic", "frame" and "reference" are there only where they say something.
+
+        Examples
+        --------
+        >>> line = Lattice.box([0], [1], shape=(2,))
+        >>> list(line.parts()), Lattice.of_parts(line.parts()) == line
+        (['degrees', 'knots', 'control_points', 'weights', 'axes'], True)
+        """
+        parts: dict[str, Any] = {
+            "degrees": list(self.degrees),
+            "knots": list(self.knots),
+            "control_points": self.control_points,
+            "weights": self.weights,
+            "axes": self.axes,
+        }
+        if any(self.periodic):
+            parts["periodic"] = list(self.periodic)
+        if self.frame is not None and self.reference is not None:
+            parts["frame"] = self.frame.parts()
+            net = self.reference.control_points, self.reference.weights
+            parts["reference"] = dict(zip(("control_points", "weights"), net, strict=True))
+        return parts
+
+    @classmethod
+    def of_parts(cls, parts: Mapping[str, Any]) -> Self:
+        """Lattice from what `parts` has made, the arrays as lists or not.
+
+        Raises
+        ------
+        InputError
+            If something is missing, unknown, or does not fit together.
+
+        Examples
+        --------
+        >>> Lattice.of_parts({"degrees": [1], "knots": [[0, 0, 1, 1]], "control_points": [[0, 0]]})
+        Traceback (most recent call last):
+            ...
+        ffdstudio.errors.InputError: control points must be an array (a+1, 3), (a+1, b+1, 3) or \
+(a+1, b+1, c+1, 3), got (1, 2)
+        """
+        return cls(**checked_parts(parts, cls))
+
+    def _carried(self, axis: int, direction: Direction, matrix: Array) -> Self:
         """Lattice whose homogeneous control points are `matrix` times these along `axis`."""
-        degrees, all_knots = list(self.degrees), list(self.knots)
-        degrees[axis], all_knots[axis] = degree, knots
-        if (self.weights == 1).all():  # keep exact ones: the unweighted case is the fast one
-            points = along(matrix, self.control_points, axis)
-            return self._with(degrees, all_knots, points, np.ones(points.shape[:-1]))
-        carried = along(matrix, self.homogeneous, axis)
-        weights = carried[..., 3].copy()
-        return self._with(degrees, all_knots, carried[..., :3] / weights[..., None], weights)
+        directions = [*self.directions[:axis], direction, *self.directions[axis + 1 :]]
+        points, weights = carried(self, axis, matrix)
+        reference = self.reference
+        if reference is not None:
+            reference = reference._carried(axis, direction, matrix)
+        return self._with(directions, points, weights, reference)
 
 
 def _points(control_points: ArrayLike) -> Array:

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ffdstudio.aliases import AnyArray, Array
-from ffdstudio.engine.basis import basis
+from ffdstudio.engine.direction import Direction
 from ffdstudio.engine.lattice import Lattice
 
 PLAIN, FIXED, CHANGED = 3, 4, 8  # kinds of cell: the number of polynomials each needs
@@ -56,22 +56,22 @@ class Motion(NamedTuple):
 class Places(NamedTuple):
     """What the functions of one direction are at each place (see `spans`)."""
 
-    first: NDArray[np.intp]  # (places,) first function
-    matrix: Array  # (places, p + 1, p + 1): coefficient of t^row in function first + column
+    control: NDArray[np.intp]  # (places, p + 1) control points whose functions live there
+    matrix: Array  # (places, p + 1, p + 1): coefficient of t^row by function
     ends: Array  # (places, 2) parameters of the ends
 
     @classmethod
-    def of(cls, knots: Array, degree: int) -> Places:
-        """Functions of a knot vector; constant polynomials where the place is a knot."""
-        line = np.unique(knots)
+    def of(cls, direction: Direction) -> Places:
+        """Functions of a direction; constant polynomials where the place is a knot."""
+        degree, line = direction.degree, direction.breaks
         low = np.repeat(line, 2)[:-1]
         high = np.repeat(line, 2)[1:]
         middle = np.where(low == high, low, 0.5 * low + 0.5 * high)
         matrix = np.empty((len(low), degree + 1, degree + 1))
         for m in range(degree + 1):
-            first, values = basis(knots, degree, middle, m)
+            index, values = direction.functions(middle, m)
             matrix[:, m] = values * ((0.5 * (high - low)) ** m / factorial(m))[:, None]
-        return cls(first, matrix, np.stack([low, high], axis=1))
+        return cls(index, matrix, np.stack([low, high], axis=1))
 
 
 class Cells(NamedTuple):
@@ -91,10 +91,10 @@ class Cells(NamedTuple):
         control = np.zeros((1, len(places)), dtype=np.intp)
         alive = np.ones((1, len(places)), dtype=bool)
         matrices, ends = [], []
-        for k, degree in enumerate(lattice.degrees):
-            line = Places.of(lattice.knots[k], degree)
+        for k, direction in enumerate(lattice.directions):
+            line = Places.of(direction)
             matrix = line.matrix[places[:, k]]
-            one = line.first[places[:, k]] + np.arange(degree + 1)[:, None]
+            one = line.control[places[:, k]].T
             control = _outer(control * lattice.shape[k], one, np.add)
             alive = _outer(alive, (matrix != 0).any(axis=1).T, np.logical_and)
             matrices.append(matrix.transpose(1, 2, 0).copy())

@@ -1,7 +1,7 @@
 """Refinement of a lattice: checks what is asked for and finds the matrix that does it.
 
-Each function returns what `Lattice` needs to carry its control points over: direction, new
-degree, new knots, and the matrix from old to new homogeneous control points.
+Each function returns what `Lattice` needs to carry its control points over: which direction,
+what becomes of it, and the matrix from old to new homogeneous control points.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 
 from ffdstudio.aliases import Array
 from ffdstudio.engine import transfer
+from ffdstudio.engine.direction import Direction
 from ffdstudio.engine.knots import DIRECTIONS, check_gaps, numbers, whole
 from ffdstudio.errors import InputError
 
@@ -24,29 +25,29 @@ class Change(NamedTuple):
     """Control points of one direction become `matrix` times the old ones."""
 
     axis: int
-    degree: int
-    knots: Array
+    direction: Direction
     matrix: Array
 
 
 def insertion(lattice: Lattice, axis: int, knots: ArrayLike) -> Change:
     """See `Lattice.insert_knots`."""
     axis = _checked_axis(lattice, axis)
-    old, degree = lattice.knots[axis], lattice.degrees[axis]
+    old = lattice.directions[axis]
     new = numbers(knots, "knots to insert").ravel()
-    if not ((new > old[0]) & (new < old[-1])).all():
+    (low, high), bracket = old.domain, "[" if old.periodic else "("
+    if not ((new >= low if old.periodic else new > low) & (new < high)).all():
         raise InputError(
             f"knots to insert in direction {DIRECTIONS[axis]} must lie inside "
-            f"({old[0]:g}, {old[-1]:g}), got {new}"
+            f"{bracket}{low:g}, {high:g}), got {new}"
         )
-    values, counts = np.unique(np.concatenate([old, new]), return_counts=True)
-    if (counts[1:-1] > degree).any():
-        raise InputError(
-            f"knot {values[1:-1][np.argmax(counts[1:-1])]:g} in direction {DIRECTIONS[axis]} "
-            f"would occur more than {degree} times"
-        )
-    check_gaps(np.sort(np.concatenate([old, new])), DIRECTIONS[axis])
-    return Change(axis, degree, *transfer.insertion(old, degree, new))
+    for knot, count in zip(*np.unique(new, return_counts=True), strict=True):
+        if old.most(knot) + count > old.degree:
+            raise InputError(
+                f"knot {knot:g} in direction {DIRECTIONS[axis]} "
+                f"would occur more than {old.degree} times"
+            )
+    check_gaps(np.sort(np.concatenate([old.breaks, new])), DIRECTIONS[axis])
+    return Change(axis, *old.inserted(new))
 
 
 def checked_times(times: int) -> int:
@@ -60,28 +61,29 @@ def checked_times(times: int) -> int:
 def elevation(lattice: Lattice, axis: int) -> Change:
     """See `Lattice.elevate_degree`; one degree at a time."""
     axis = _checked_axis(lattice, axis)
-    degree = lattice.degrees[axis]
-    return Change(axis, degree + 1, *transfer.elevation(lattice.knots[axis], degree))
+    return Change(axis, *lattice.directions[axis].elevated())
 
 
 def removal(lattice: Lattice, axis: int, knots: ArrayLike, tolerance: float) -> Change:
     """See `Lattice.remove_knots`."""
     axis = _checked_axis(lattice, axis)
-    old, degree = lattice.knots[axis], lattice.degrees[axis]
+    old = lattice.directions[axis]
     gone = numbers(knots, "knots to remove").ravel()
-    inner = list(old[degree + 1 : -degree - 1])
-    for knot in gone:
-        if knot not in inner:
+    for knot, count in zip(*np.unique(gone, return_counts=True), strict=True):
+        if (not old.periodic and knot in old.domain) or old.most(knot) < count:
             raise InputError(f"{knot:g} is no inner knot of direction {DIRECTIONS[axis]}")
-        inner.remove(knot)
-    coarser, matrix, back = transfer.removal(old, degree, gone)
+    if old.periodic and old.count - len(gone) <= old.degree:
+        raise InputError(
+            f"direction {DIRECTIONS[axis]} is periodic and needs more than {old.degree} knots"
+        )
+    coarser, matrix, back = old.removed(gone)
     moved = _motion(lattice, axis, back @ matrix)
     if not moved <= tolerance + _rounding(lattice):
         raise InputError(
             f"removing knots {gone} from direction {DIRECTIONS[axis]} would move the "
             f"shape by up to {moved:.3g}, more than the tolerance {tolerance:.3g}"
         )
-    return Change(axis, degree, coarser, matrix)
+    return Change(axis, coarser, matrix)
 
 
 def _rounding(lattice: Lattice) -> float:

@@ -45,7 +45,7 @@ class SpanOrder:
 
     def __init__(self, lattice: Lattice, parameters: Array, inside: NDArray[np.bool_]) -> None:
         self.rows = len(parameters)
-        lines = [np.unique(knots) for knots in lattice.knots]
+        lines = [direction.breaks for direction in lattice.directions]
         sizes = [2 * len(line) - 1 for line in lines]
         codes = _codes(lines, sizes, parameters, inside)
         occupied = np.unique(codes[inside])

@@ -9,11 +9,16 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ffdstudio.aliases import Array
 from ffdstudio.engine.knots import find_spans
+
+if TYPE_CHECKING:
+    from ffdstudio.engine.lattice import Lattice
 
 
 def insertion(knots: Array, degree: int, new_knots: ArrayLike) -> tuple[Array, Array]:
@@ -32,7 +37,7 @@ def insertion(knots: Array, degree: int, new_knots: ArrayLike) -> tuple[Array, A
     matrix = np.zeros((len(finer) - degree - 1, count))
     for i, row in enumerate(matrix):
         _add_blossom(row, knots, degree, finer[i + 1 : i + degree + 1])
-    return finer, _without_dust(matrix)
+    return finer, without_dust(matrix)
 
 
 def elevation(knots: Array, degree: int) -> tuple[Array, Array]:
@@ -50,7 +55,7 @@ def elevation(knots: Array, degree: int) -> tuple[Array, Array]:
         for left_out in range(degree + 1):
             _add_blossom(row, knots, degree, np.delete(window, left_out), window)
         row /= degree + 1
-    return finer, _without_dust(matrix)
+    return finer, without_dust(matrix)
 
 
 def removal(knots: Array, degree: int, gone: ArrayLike) -> tuple[Array, Array, Array]:
@@ -87,6 +92,31 @@ def along(matrix: Array, array: Array, axis: int) -> Array:
     return np.moveaxis(out, 0, axis).copy()
 
 
+def carried(lattice: Lattice, axis: int, matrix: Array) -> tuple[Array, Array]:
+    """Control points and weights that are `matrix` times those of a lattice along an axis."""
+    if (lattice.weights == 1).all():  # keep exact ones: the unweighted case is the fast one
+        points = along(matrix, lattice.control_points, axis)
+        return points, np.ones(points.shape[:-1])
+    homogeneous = along(matrix, lattice.homogeneous, axis)
+    weights = homogeneous[..., 3].copy()
+    return homogeneous[..., :3] / weights[..., None], weights
+
+
+def blossom(knots: Array, degree: int, arguments: Array, count: int) -> Array:
+    """(count,) weights of the control points in the blossom of a spline at some arguments.
+
+    With one argument more than the degree it is that of the spline with its degree raised: the
+    mean over the arguments with one left out.
+    """
+    row = np.zeros(count)
+    if len(arguments) == degree:
+        _add_blossom(row, knots, degree, arguments)
+        return row
+    for left_out in range(len(arguments)):
+        _add_blossom(row, knots, degree, np.delete(arguments, left_out), arguments)
+    return row / len(arguments)
+
+
 def _add_blossom(
     row: Array, knots: Array, degree: int, arguments: Array, window: Array | None = None
 ) -> None:
@@ -106,7 +136,7 @@ def _add_blossom(
     row[span - degree : span + 1] += weights
 
 
-def _without_dust(matrix: Array) -> Array:
+def without_dust(matrix: Array) -> Array:
     """Zeros for what rounding left of them: it would carry changes to where they do not reach."""
     matrix[np.abs(matrix) < 1e-14] = 0.0
     return matrix

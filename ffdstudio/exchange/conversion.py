@@ -1,8 +1,8 @@
 """Making a lattice fit a format that cannot say everything: exactly if possible.
 
 1. Every format states in `Rules` what it can express; `obstacles` says what stands against it.
-2. Some obstacles go without changing the shape: knots are inserted until they are equally
-   spaced, a lattice of two directions becomes a slab.
+2. Some obstacles go without changing the shape: a periodic direction gets ends at its seam,
+   knots are inserted until they are equally spaced, a lattice of two directions becomes a slab.
 3. What is left can only be resampled: interpolated at the Greville points of a space that
    the format has, with the largest difference measured and stated. That changes the space of
    functions and nothing else: a wrong number of directions or wrong axes stay obstacles.
@@ -75,11 +75,15 @@ def obstacles(content: LatticeFile, rules: Rules) -> list[str]:
     weighted = any((net.weights != 1).any() for net in (content.rest, content.current))
     if weighted and not rules.weights:
         found.append("its weights are not all 1")
+    if lattice.frame is not None:
+        found.append("at rest it follows a cylinder, which a spline only comes near to")
     for k, name in enumerate("ijk"[: lattice.dimension]):
         p, n = lattice.degrees[k], lattice.shape[k]
         if rules.degree(n, p) != p:
             found.append(f"degree {p} in direction {name} should be {rules.degree(n, p)}")
-        if rules.uniform and not is_uniform(lattice, k):
+        if lattice.periodic[k]:
+            found.append(f"direction {name} is periodic: it closes without a seam")
+        elif rules.uniform and not is_uniform(lattice, k):
             found.append(f"the knots in direction {name} are not equally spaced")
     return found
 
@@ -118,7 +122,12 @@ def slab(lattice: Lattice) -> Lattice:
 def _without_change(
     rest: Lattice, current: Lattice, rules: Rules
 ) -> tuple[Lattice, Lattice, list[str]]:
-    changes = []
+    changes = [
+        f"direction {'ijk'[k]} got ends at its seam" for k, on in enumerate(rest.periodic) if on
+    ]
+    rest, current = rest.clamped(), current.clamped()
+    if rest.frame is not None:
+        return rest, current, changes
     if rest.dimension == 2 and rules.dimensions == (3,):
         rest, current = slab(rest), slab(current)
         changes.append("two directions became a slab of thickness 1")
@@ -147,6 +156,7 @@ def _missing_knots(lattice: Lattice, axis: int) -> Array | None:
 
 def _resampled(lattice: Lattice, rules: Rules) -> Lattice:
     """Interpolate at the Greville points of the format's space with as many control points."""
+    lattice = lattice.clamped()
     degrees = [rules.degree(n, p) for n, p in zip(lattice.shape, lattice.degrees, strict=True)]
     ends = lattice.domain.tolist()
     knots = [

@@ -59,7 +59,8 @@ class LatticeFile:
     blocks : tuple of str
         Names of all lattices in the file, of which this is one.
     open_faces : tuple of tuple of int
-        Direction and side, 0 or 1, of the faces without frozen layers.
+        Direction and side, 0 or 1, of the faces without frozen layers; the two of a periodic
+        direction, which has no faces, are always among them.
 
     Examples
     --------
@@ -90,6 +91,8 @@ class LatticeFile:
         if not isinstance(self.units, str):
             raise InputError(f"the units of a lattice must be a text, got {self.units!r}")
         object.__setattr__(self, "frozen", _layers(self.frozen))
+        faces = tuple(dict.fromkeys((*map(tuple, self.open_faces), *self.rest.seams)))
+        object.__setattr__(self, "open_faces", faces)
         frozen_mask(self.rest.shape, self.frozen, self.open_faces)  # it says what is wrong
 
 

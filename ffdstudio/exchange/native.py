@@ -20,9 +20,10 @@ from ffdstudio.exchange.latticefile import Exactness, LatticeFile
 from ffdstudio.exchange.text import chosen, naming
 from ffdstudio.files import write_bytes
 
-NAME, VERSION = "ffdstudio-lattice", 1
+NAME, VERSION = "ffdstudio-lattice", 2
 _KEYS = ["format", "version", "units", "shape", "degrees", "frame", "frozen_layers", "knots"]
 _KEYS += ["rest", "current", "open_faces"]
+_KEYS_2 = ["periodic", "coordinates", "reference"]  # since version 2, written where they are needed
 
 
 def recognises(data: bytes) -> bool:
@@ -57,17 +58,24 @@ def encode(content: LatticeFile) -> bytes:
     rest = content.rest
     head: dict[str, Any] = {
         "format": NAME,
-        "version": VERSION,
+        "version": 2 if any(rest.periodic) or rest.frame is not None else 1,
         "units": content.units,
         "shape": list(rest.shape),
         "degrees": list(rest.degrees),
         "frame": rest.axes.tolist(),
         "frozen_layers": content.frozen,
     }
-    if content.open_faces:  # where layers are frozen on all other faces only
-        head["open_faces"] = [list(face) for face in content.open_faces]
+    faces = [list(face) for face in content.open_faces if face not in rest.seams]
+    if faces:  # where layers are frozen on all other faces only
+        head["open_faces"] = faces
+    if any(rest.periodic):
+        head["periodic"] = list(rest.periodic)
+    if rest.frame is not None:
+        head["coordinates"] = rest.frame.parts()
     lines = [f"  {json.dumps(key)}: {json.dumps(value)}," for key, value in head.items()]
     lines += ['  "knots": [', *_rows(u.tolist() for u in rest.knots), "  ],"]
+    if rest.reference is not None:
+        lines += [*_net("reference", rest.reference), "  },"]
     lines += [*_net("rest", rest), "  },", *_net("current", content.current), "  }"]
     return "\n".join(["{", *lines, "}", ""]).encode()
 
@@ -95,9 +103,10 @@ def _check_head(values: dict[str, Any], name: str) -> None:
     if values.get("format") != NAME:
         raise InputError(f'{name}: no lattice file of ours ("format" is not "{NAME}")')
     check_version(values, "version", VERSION, name)
+    version = values["version"]
     for key in values:
-        if key not in _KEYS:
-            raise InputError(f'{name}: the key "{key}" is unknown in version {VERSION}')
+        if key not in _KEYS and (version < 2 or key not in _KEYS_2):
+            raise InputError(f'{name}: the key "{key}" is unknown in version {version}')
 
 
 def _integers(values: dict[str, Any], key: str, name: str) -> list[int]:
@@ -118,13 +127,28 @@ def _faces(values: dict[str, Any], name: str) -> tuple[tuple[int, ...], ...]:
 def _lattice(
     values: dict[str, Any], key: str, shape: list[int], degrees: list[int], name: str
 ) -> Lattice:
+    parts: dict[str, Any] = {
+        "degrees": degrees,
+        "knots": [_vector(u, f"{name}: knots") for u in field(values, "knots", list, name)],
+        **_read_net(values, key, shape, name),
+        "axes": _table(values, "frame", (len(shape), 3), name),
+    }
+    if "periodic" in values:
+        parts["periodic"] = field(values, "periodic", list, name)
+    if "coordinates" in values:
+        parts["frame"] = field(values, "coordinates", dict, name)
+        parts["reference"] = _read_net(values, "reference", shape, name)
+    return Lattice.of_parts(parts)
+
+
+def _read_net(
+    values: dict[str, Any], key: str, shape: list[int], name: str
+) -> dict[str, np.ndarray]:
     net = field(values, key, dict, name)
     count = int(np.prod(shape, dtype=object))
     points = _table(net, "control_points", (count, 3), f"{name}: {key}")
     weights = _table(net, "weights", (count // max(shape[-1], 1), shape[-1]), f"{name}: {key}")
-    knots = [_vector(u, f"{name}: knots") for u in field(values, "knots", list, name)]
-    frame = _table(values, "frame", (len(shape), 3), name)
-    return Lattice(degrees, knots, points.reshape(*shape, 3), weights.reshape(shape), frame)
+    return {"control_points": points.reshape(*shape, 3), "weights": weights.reshape(shape)}
 
 
 def _table(values: dict[str, Any], key: str, shape: tuple[int, int], name: str) -> np.ndarray:

@@ -335,16 +335,12 @@ def test_a_flat_net_is_refused_in_words():
 
 
 def test_a_lattice_is_cut_into_cells_once_and_let_go_with_it():
-    from ffdstudio.engine.inversion import prepare
-
     lattice = CURVED["wavy"]()
     embed(lattice, [[0.5, 0.5, 0.5]])
-    key = id(lattice)
-    first = prepare._known[key][1]
+    first = lattice.memo["prepared"]
     embed(lattice, [[0.4, 0.5, 0.5]])
-    assert prepare._known[key][1] is first
-    del lattice
-    assert key not in prepare._known
+    assert lattice.memo["prepared"] is first
+    assert not lattice.moved().memo
 
 
 @pytest.mark.parametrize("points", ["abc", [[0, 0], [1]], None])

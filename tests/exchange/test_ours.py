@@ -83,7 +83,7 @@ def edit_point(value):
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        (edit("version", 2), "newer FFD Studio"),
+        (edit("version", 3), "newer FFD Studio"),
         (edit("version", 0), "no version 0"),
         (edit("version", "1"), '"version" must be a whole number'),
         (edit("version", True), '"version" must be a whole number'),
@@ -194,3 +194,83 @@ def test_what_is_no_path_is_refused_in_words(path):
         write_lattice(path, Lattice.box([0], [1], shape=(4,)))
     with pytest.raises(InputError, match="a path must be"):
         read_lattice_file(path)
+
+
+def rings():
+    """A ring in its frame, moved, and a periodic net with weights and no frame."""
+    ring = Lattice.cylinder((1, 2), heights=(0, 1), shape=(3, 8, 2), axis=[1, 2, 0.5])
+    plain = Lattice.of_parts(
+        {k: v for k, v in ring.parts().items() if k not in ("frame", "reference")}
+    )
+    weights = np.random.default_rng(0).uniform(0.5, 2, ring.shape)
+    return {
+        "frame": (ring, ring.moved(ring.control_points + 0.1, weights)),
+        "net": (plain.moved(weights=weights), plain.moved(plain.control_points * 1.1, weights)),
+    }
+
+
+@pytest.mark.parametrize("kind", ["frame", "net"])
+def test_periodic_lattices_come_back_to_the_bit(tmp_path, kind):
+    rest, current = rings()[kind]
+    path = tmp_path / "ring.lattice.json"
+    assert write_lattice(path, rest, current, frozen=1, open_faces=[(0, 1), (2, 0), (2, 1)]).exact
+    found = read_lattice_file(path)
+    assert (found.rest, found.current) == (rest, current)
+    assert found.rest.periodic == (False, True, False)
+    assert set(found.open_faces) == {(0, 1), (2, 0), (2, 1), (1, 0), (1, 1)}
+    assert '"version": 2' in path.read_text()
+    assert write_lattice(tmp_path / "again.lattice.json", *read_lattice(path), frozen=1,
+                         open_faces=found.open_faces).exact  # fmt: skip
+    assert (tmp_path / "again.lattice.json").read_bytes() == path.read_bytes()
+
+
+def test_what_needs_no_new_version_is_written_in_the_old_one_and_read(tmp_path):
+    path = tmp_path / "box.lattice.json"
+    write_lattice(path, Lattice.box([0, 0], [1, 1], shape=(3, 3)))
+    text = path.read_text()
+    assert '"version": 1' in text
+    path.write_text(text.replace('"units"', '"periodic": [true, false], "units"'))
+    with pytest.raises(InputError, match='"periodic" is unknown in version 1'):
+        read_lattice(path)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ('"kind": "cylinder"', '"kind": "torus"', "torus"),
+        ('"periodic": [false, true, false]', '"periodic": [0, 1, 0]', "true or false"),
+        ('"periodic": [false, true, false]', '"periodic": [false, true]', "3 directions"),
+        ('"periodic": [false, true, false]', '"periodic": [false, false, false]', "knots"),
+        ('"reference": {', '"reverence": {', "unknown"),
+        ('"origin": [0.0', '"origin": [0.0, 1.0', "3 finite numbers"),
+        ('"origin": [0.0', '"origin": [1e999', "finite|large|number"),
+    ],
+)
+def test_a_damaged_ring_is_refused_in_one_sentence(tmp_path, old, new, words):
+    path = tmp_path / "ring.lattice.json"
+    write_lattice(path, *rings()["frame"])
+    text = path.read_text()
+    assert old in text
+    path.write_text(text.replace(old, new))
+    with pytest.raises(InputError, match=words) as caught:
+        read_lattice(path)
+    assert str(caught.value).startswith(str(path))
+    assert "\n" not in str(caught.value)
+
+
+def test_other_formats_say_that_a_seam_is_lost_and_offer_the_nearest_thing(tmp_path):
+    rest, current = rings()["net"]
+    path = tmp_path / "ring.g2"
+    with pytest.raises(InputError, match=r'direction j is periodic.*adapt it with "exact"'):
+        write_lattice(path, rest, current)
+    exactness = write_lattice(path, current, current, adapt="exact")
+    assert "direction j got ends at its seam" in str(exactness)
+    u = np.random.default_rng(1).uniform(*rest.domain.T, (200, 3))
+    assert np.abs(read_lattice(path)[1].evaluate(u) - current.evaluate(u)).max() < 1e-14
+    rest, current = rings()["frame"]
+    with pytest.raises(InputError, match="follows a cylinder"):
+        write_lattice(path, rest, current, adapt="exact")
+    exactness = write_lattice(path, rest, rest, adapt="resample")
+    assert not exactness.exact
+    off = np.abs(read_lattice(path)[0].evaluate(u) - rest.evaluate(u)).max()
+    assert 1e-4 < off < 0.05

@@ -5,6 +5,7 @@ into `cells` in which its map is nearly affine; `bins` finds the few cells that 
 a point; `kernels` solves inside a cell by one of the four methods.
 """
 
-from ffdstudio.engine.inversion.solve import METHODS, Inversion, invert
+from ffdstudio.engine.inversion.found import Inversion
+from ffdstudio.engine.inversion.solve import METHODS, invert
 
 __all__ = ["METHODS", "Inversion", "invert"]

@@ -2,12 +2,11 @@
 
 1. Points and parameters are told from the net's centre and from the first knots: a lattice far
    from the origin loses no digits, neither in space nor in the parameters.
-2. A lattice is an immutable value, so what was made for it is kept as long as it lives.
+2. A lattice is an immutable value, so what was made for it is kept in it.
 """
 
 from __future__ import annotations
 
-import weakref
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -25,7 +24,6 @@ if TYPE_CHECKING:
     from ffdstudio.engine.lattice import Lattice
 
 FLAT = 1e-9  # of the diagonal: a net without more extent than this has no inside
-_known: dict[int, tuple[weakref.ref[Lattice], Prepared]] = {}
 
 
 class Prepared(NamedTuple):
@@ -51,14 +49,11 @@ def prepared(lattice: Lattice, net: Net) -> Prepared:
     InputError
         If the net has no extent in some direction of its axes, or is folded as a whole.
     """
-    key = id(lattice)
-    found = _known.get(key)
-    if found is not None and found[0]() is lattice:
-        return found[1]
-    _check_extent(net)
-    refuse_tangled(lattice)
-    made = _prepare(net)
-    _known[key] = (weakref.ref(lattice, lambda _: _known.pop(key, None)), made)
+    if "prepared" not in lattice.memo:
+        _check_extent(net)
+        refuse_tangled(lattice)
+        lattice.memo["prepared"] = _prepare(net)
+    made: Prepared = lattice.memo["prepared"]
     return made
 
 

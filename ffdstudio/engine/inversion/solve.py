@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from numbers import Real
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ffdstudio.aliases import Array
 from ffdstudio.engine.inversion.affine import AffineMap
+from ffdstudio.engine.inversion.found import Inversion
+from ffdstudio.engine.inversion.in_frame import invert_in_frame
 from ffdstudio.engine.inversion.net import Net, along_axes
 from ffdstudio.errors import InputError
 from ffdstudio.threads import for_each
@@ -22,38 +23,27 @@ ROUNDING = 8e-15  # of the diagonal: no method can be asked for less than this
 CHUNK = 8192
 
 
-class Inversion(NamedTuple):
-    """Result for n points; a point outside has NaN parameters and an infinite residual."""
-
-    parameters: Array  # (n, d)
-    inside: NDArray[np.bool_]  # (n,)
-    residual: Array  # (n,) |R(u) - x| along the lattice's axes
-    iterations: NDArray[np.int16]  # (n,) evaluations of R; 0 in closed form
-
-    @classmethod
-    def empty(cls, count: int, dimension: int) -> Inversion:
-        """All points outside."""
-        return cls(
-            np.full((count, dimension), np.nan),
-            np.zeros(count, dtype=bool),
-            np.full(count, np.inf),
-            np.zeros(count, dtype=np.int16),
-        )
-
-
 def invert(lattice: Lattice, points: Array, method: str, tolerance: float) -> Inversion:
     """Parametric coordinates of (n, 3) points; see `ffdstudio.embed`."""
     if method not in METHODS:
         raise InputError(f"method must be one of {', '.join(METHODS)}, got {method!r}")
     if not (isinstance(tolerance, Real) and 0 < tolerance < np.inf):
         raise InputError(f"the tolerance must be a positive number, got {tolerance}")
-    net = Net.of(lattice)
     result = Inversion.empty(len(points), lattice.dimension)
+    if lattice.frame is not None:
+        invert_in_frame(lattice, points, tolerance, result)
+        return result
+    flat = lattice.clamped()
+    net = Net.of(flat)
     affine = AffineMap.of(net)
     if affine is not None:
         _invert_affine(affine, net, points, result)
     else:
-        _search(lattice, net, points, METHODS.index(method), tolerance, result)
+        _search(flat, net, points, METHODS.index(method), tolerance, result)
+    for k, direction in enumerate(lattice.directions):
+        if direction.periodic:  # both ends are one place: it has one name
+            u = result.parameters[:, k]
+            u[u == direction.domain[1]] = direction.domain[0]
     return result
 
 

@@ -38,6 +38,7 @@ def refuse_tangled(lattice: Lattice) -> None:
     ffdstudio.errors.InputError: the lattice at rest is folded: 50 % of it is inside out; \
 most likely its corners are in the wrong order: first along i, then around the face
     """
+    lattice = lattice.clamped()
     share = inside_out(lattice)
     if share == 0 or (share < SHARE and inside_out(_corner_cage(lattice)) == 0):
         return
@@ -62,6 +63,7 @@ def inside_out(lattice: Lattice) -> float:
     >>> inside_out(Lattice.box([0, 0, 0], [1, 1, 1], shape=(4, 4, 4)))
     0.0
     """
+    lattice = lattice.clamped()
     spans, nodes, sizes = zip(*(_places(knots) for knots in lattice.knots), strict=True)
     values = determinants(lattice, list(spans), list(nodes))
     values[np.abs(values) <= TINY * np.abs(values).max()] = 0.0

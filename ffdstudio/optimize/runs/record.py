@@ -19,6 +19,7 @@ import numpy as np
 
 from ffdstudio.aliases import Array
 from ffdstudio.engine import Lattice
+from ffdstudio.engine.parts import as_lists
 from ffdstudio.errors import InputError
 from ffdstudio.files import read_bytes, write_bytes
 from ffdstudio.limits import check_nesting
@@ -126,14 +127,9 @@ def value_of(record: Record, name: str) -> float:
 
 def pack(lattice: Lattice) -> dict[str, Any]:
     """A lattice as plain lists; the shortest decimals that give the same floats."""
-    packed: dict[str, Any] = {
-        "degrees": list(lattice.degrees),
-        "knots": [u.tolist() for u in lattice.knots],
-        "control_points": lattice.control_points.tolist(),
-        "axes": lattice.axes.tolist(),
-    }
-    if not (lattice.weights == 1).all():
-        packed["weights"] = lattice.weights.tolist()
+    packed = as_lists(lattice.parts())
+    if (lattice.weights == 1).all():
+        del packed["weights"]
     return packed
 
 
@@ -146,7 +142,7 @@ def unpack(stored: dict[str, Any]) -> Lattice:
         If these are no lattice.
     """
     try:
-        return Lattice(**stored)
+        return Lattice.of_parts(stored)
     except (TypeError, OverflowError) as error:
         raise InputError(f"this is no lattice of a study's record: {error}") from error
 

@@ -11,6 +11,7 @@ from dataclasses import MISSING, Field, fields
 from typing import Any
 
 from ffdstudio.engine import Lattice
+from ffdstudio.engine.parts import as_lists
 from ffdstudio.errors import InputError
 from ffdstudio.project.commands import COMMANDS, Command, CreateBox
 
@@ -119,20 +120,13 @@ def _pair(read: Callable[[Any], Any]) -> Callable[[Any], tuple[str, Any]]:
 
 def lattice_out(lattice: Lattice) -> dict[str, Any]:
     """Return a lattice as what JSON can say."""
-    return {
-        "degrees": list(lattice.degrees),
-        "knots": [knots.tolist() for knots in lattice.knots],
-        "control_points": lattice.control_points.tolist(),
-        "weights": lattice.weights.tolist(),
-        "axes": lattice.axes.tolist(),
-    }
+    return as_lists(lattice.parts())
 
 
 def _lattice(value: Any) -> Lattice:
     parts = _exact(dict)(value)
-    degrees = _each(_exact(int))(parts["degrees"])
-    arrays = (parts[key] for key in ("knots", "control_points", "weights", "axes"))
-    return Lattice(degrees, *arrays)
+    _each(_exact(int))(parts["degrees"])
+    return Lattice.of_parts(parts)
 
 
 READERS: dict[str, Callable[[Any], Any]] = {

@@ -68,23 +68,18 @@ def _key(key: object) -> str:
 
 
 def _lattice_parts(lattice: Lattice) -> dict[str, Any]:
-    return {
-        "degrees": list(lattice.degrees),
-        "knots": list(lattice.knots),
-        "control_points": lattice.control_points,
-        "weights": lattice.weights,
-        "axes": lattice.axes,
-    }
+    return lattice.parts()
 
 
 def _read_lattice(parts: dict[str, Any], name: str) -> Lattice:
     degrees, knots = field(parts, "degrees", list, name), field(parts, "knots", list, name)
-    arrays = [field(parts, key, np.ndarray, name) for key in ("control_points", "weights", "axes")]
+    for key in ("control_points", "weights", "axes"):
+        field(parts, key, np.ndarray, name)
     whole = all(type(degree) is int for degree in degrees)
     if not whole or not all(isinstance(u, np.ndarray) for u in knots):
         raise InputError(f"{name}: a lattice in it has no proper degrees or knots")
     try:
-        return Lattice(degrees, knots, *arrays)
+        return Lattice.of_parts(parts)
     except InputError as error:
         raise InputError(f"{name}: {error}") from None
 
