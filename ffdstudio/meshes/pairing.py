@@ -155,8 +155,8 @@ def _filled(sides: Sequence[Sides], numbered: bool) -> Buckets:
 
 
 def _padded(table: Table) -> np.ndarray:
-    """(faces, 4) faces by corner; triangles repeat their last one."""
-    return np.array([[*face, face[-1]][:4] for face in table], dtype=np.int64)
+    """(faces, 4) faces by corner; triangles and edges repeat their last one."""
+    return np.array([[*face, face[-1], face[-1]][:4] for face in table], dtype=np.int64)
 
 
 def _shares(rows: int, workers: int) -> list[tuple[int, int, int]]:

@@ -36,6 +36,8 @@ def key_of(nodes: np.ndarray, table: np.ndarray, row: int, face: int) -> Key:
     if table[face, 2] == table[face, 3]:
         low, high = min(a, b), max(a, b)
         least, most = min(low, c), max(high, c)
+        if table[face, 1] == table[face, 2]:  # an edge
+            return least, most, np.int64(-1)
         return least, ((a + b + c - least - most) << 32) | most, np.int64(-1)
     p, q, r, s = min(a, b), max(a, b), min(c, d), max(c, d)
     least, most = min(p, r), max(q, s)

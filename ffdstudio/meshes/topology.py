@@ -97,18 +97,13 @@ def skin(cells: Cells) -> Cells:
     >>> {kind: len(faces) for kind, faces in skin({"pyramid": np.arange(5)[None]}).items()}
     {'triangle': 4, 'quad': 1}
     """
+    from ffdstudio.meshes.pairing import outer
+
+    known = {kind: nodes for kind, nodes in cells.items() if base_type(kind) in FACES}
+    sides = [(corners(kind, nodes), FACES[base_type(kind)]) for kind, nodes in known.items()]
     found: dict[str, list[Indices]] = {"triangle": [], "quad": []}
-    for cell_type, nodes in cells.items():
-        for face in FACES.get(base_type(cell_type), ()):
-            found["triangle" if len(face) == 3 else "quad"].append(nodes[:, face])
-    return {kind: _single(np.concatenate(faces)) for kind, faces in found.items() if faces}
-
-
-def _single(faces: Indices) -> Indices:
-    """Faces whose set of nodes occurs once."""
-    key = np.sort(faces, axis=1)
-    order = np.lexsort(key.T)
-    same = (key[order[1:]] == key[order[:-1]]).all(axis=1)
-    paired = np.zeros(len(faces), dtype=bool)
-    paired[order[1:][same]] = paired[order[:-1][same]] = True
-    return faces[~paired]
+    for (nodes, table), rows in zip(sides, outer(sides), strict=True):
+        for face, chosen in zip(table, rows, strict=True):
+            kind = "triangle" if len(face) == 3 else "quad"
+            found[kind].append(nodes[chosen[:, None], face].astype(np.int64, copy=False))
+    return {kind: np.concatenate(faces) for kind, faces in found.items() if faces}

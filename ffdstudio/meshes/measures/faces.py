@@ -1,7 +1,6 @@
 """The faces between cells, found from the cells or taken from a face-based mesh.
 
-1. A face belongs to one or two cells. Candidates are paired by a 64-bit sum of random numbers
-   of their nodes, which does not depend on the node order; that the nodes agree is checked.
+1. A face belongs to one or two cells; `pairing` finds which.
 2. Files list some types in the mirrored order (wedges above all). Normals refer to the order
    that most cells of a type have, so that they point out of nearly all cells.
 3. In a plane the faces are edges, seen from a cell whose nodes run counter-clockwise.
@@ -14,12 +13,13 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from ffdstudio.aliases import Indices
+from ffdstudio.aliases import Indices, Mask
 from ffdstudio.errors import InputError
 from ffdstudio.meshes.measures.blocks import Block, blocks_of
 from ffdstudio.meshes.measures.corners import orientation
 from ffdstudio.meshes.measures.recognise import ramps, sides
 from ffdstudio.meshes.mesh import Faces, Mesh
+from ffdstudio.meshes.pairing import MANY, Sides, Table, partners
 from ffdstudio.meshes.topology import FACES
 
 EDGES = {
@@ -92,16 +92,28 @@ def of_faces(faces: Faces, cells: int) -> Topology:
 
 
 def _from_cells(mesh: Mesh) -> Faces:
-    by_size: dict[int, list[tuple[Indices, Indices]]] = {}
-    for block in blocks_of(mesh).blocks:
-        mirrored = _mirrored(block, mesh)
-        for face in (FACES | EDGES).get(block.type, ()):
-            outward = tuple(reversed(face)) if mirrored else face
-            by_size.setdefault(len(face), []).append((block.nodes[:, outward], block.cells))
-    parts = [
-        _paired(np.concatenate([n for n, _ in found]), np.concatenate([c for _, c in found]))
-        for found in by_size.values()
-    ]
+    blocks = [block for block in blocks_of(mesh).blocks if block.type in FACES | EDGES]
+    sides: list[Sides] = []
+    for block in blocks:
+        table: Table = (FACES | EDGES)[block.type]
+        if _mirrored(block, mesh):
+            table = tuple(tuple(reversed(face)) for face in table)
+        sides.append((block.nodes, table))
+    partner = partners(sides)
+    cells = np.concatenate(
+        [np.tile(b.cells, len(t)) for b, (_, t) in zip(blocks, sides, strict=True)]
+        or [np.empty(0, dtype=np.int64)]
+    )
+    start, by_size = 0, dict[int, list[tuple[Indices, int]]]()
+    for nodes, table in sides:
+        for face in table:
+            by_size.setdefault(len(face), []).append((nodes[:, face], start))
+            start += len(nodes)
+    return _joined([_distinct(found, partner, cells) for found in by_size.values()])
+
+
+def _joined(parts: list[tuple[Indices, Indices, Indices]]) -> Faces:
+    """Faces of all sizes, one size after the other."""
     if not parts:
         none = np.empty(0, dtype=np.int64)
         return Faces(none, np.zeros(1, dtype=np.int64), none, none)
@@ -114,42 +126,40 @@ def _from_cells(mesh: Mesh) -> Faces:
     )
 
 
+def _distinct(
+    found: list[tuple[Indices, int]], partner: Indices, cells: Indices
+) -> tuple[Indices, Indices, Indices]:
+    """Distinct faces of one size with owner and neighbour.
+
+    `found` has the nodes of faces as seen from each cell, and the number of the first.
+    """
+    parts = []
+    for nodes, start in found:
+        number = np.arange(start, start + len(nodes))
+        other = partner[start : start + len(nodes)]
+        kept = (other < 0) | (other > number)
+        if (other == MANY).any():
+            kept &= _whole(nodes, other == MANY)
+        neighbour = np.where(other >= 0, cells[other], -1)
+        parts.append((nodes[kept], cells[number[kept]], neighbour[kept]))
+    nodes, owner, neighbour = (np.concatenate([part[k] for part in parts]) for k in range(3))
+    return nodes, owner, neighbour
+
+
+def _whole(nodes: Indices, shared: Mask) -> Mask:
+    """Faces that are no collapsed ones without area, which any number of cells may share."""
+    ordered = np.sort(nodes, axis=1)
+    distinct = 1 + (ordered[:, 1:] != ordered[:, :-1]).sum(axis=1)
+    whole: Mask = distinct >= min(3, nodes.shape[1])
+    if whole[shared].any():
+        bad = nodes[shared & whole][0].tolist()
+        raise InputError(f"the face of nodes {bad} (counted from 0) belongs to over two cells")
+    return whole
+
+
 def _mirrored(block: Block, mesh: Mesh) -> bool:
     """Whether most cells are against the order of `FACES` (VTK's wedges look outward)."""
     blocks = blocks_of(mesh)
     points = blocks.extended(mesh.points)
     against = orientation(block, points, blocks.upright(points)) < 0
     return against != (block.type == "wedge")
-
-
-def _paired(nodes: Indices, cells: Indices, seed: int = 0) -> tuple[Indices, Indices, Indices]:
-    """Distinct faces with owner and neighbour from faces seen from each cell."""
-    random = np.random.default_rng(seed)
-    numbers = random.integers(2**64, size=nodes.max(initial=0) + 1, dtype=np.uint64)
-    key = numbers[nodes[:, 0]]
-    for column in nodes.T[1:]:
-        key = key + numbers[column]
-    order = np.argsort(key)
-    same = key[order[1:]] == key[order[:-1]]
-    if (same[1:] & same[:-1]).any():
-        return _manifold(nodes, cells, order[1:-1][same[1:] & same[:-1]])
-    pair = np.sort(np.stack([order[:-1][same], order[1:][same]]), axis=0)
-    first, second = pair
-    if not np.array_equal(np.sort(nodes[first], axis=1), np.sort(nodes[second], axis=1)):
-        return _paired(nodes, cells, seed + 1)
-    neighbour = np.full(len(nodes), -1)
-    neighbour[first] = cells[second]
-    single = np.ones(len(nodes), dtype=bool)
-    single[second] = False
-    return nodes[single], cells[single], neighbour[single]
-
-
-def _manifold(nodes: Indices, cells: Indices, shared: Indices) -> tuple[Indices, Indices, Indices]:
-    """Pair again without the faces of collapsed cells that have no area."""
-    ordered = np.sort(nodes, axis=1)
-    distinct = 1 + (ordered[:, 1:] != ordered[:, :-1]).sum(axis=1)
-    whole = distinct >= min(3, nodes.shape[1])
-    if whole[shared].any():
-        bad = nodes[shared[whole[shared]][0]].tolist()
-        raise InputError(f"the face of nodes {bad} (counted from 0) belongs to over two cells")
-    return _paired(nodes[whole], cells[whole])
