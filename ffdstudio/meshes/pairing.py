@@ -13,10 +13,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from ffdstudio import threads
-from ffdstudio.aliases import Indices
+from ffdstudio.aliases import AnyArray, Indices
 
 Table = tuple[tuple[int, ...], ...]
-Sides = tuple[np.ndarray, Table]  # nodes (k, corners) of cells, and their faces by corner
+Sides = tuple[AnyArray, Table]  # nodes (k, corners) of cells, and their faces by corner
 ALONE, MANY = -1, -2
 CHUNK = 1 << 18
 WORKERS = 4  # each has places of its own in every bucket
@@ -26,10 +26,10 @@ WORKERS = 4  # each has places of its own in every bucket
 class Buckets:
     """All faces of cells: ``first[n]`` to ``first[n + 1]`` have n as smallest node."""
 
-    first: np.ndarray
-    keys: np.ndarray
-    extra: np.ndarray
-    ids: np.ndarray
+    first: AnyArray
+    keys: AnyArray
+    extra: AnyArray
+    ids: AnyArray
 
     @property
     def ranges(self) -> list[tuple[int, int]]:
@@ -61,12 +61,12 @@ def outer(sides: Sequence[Sides]) -> list[list[Indices]]:
 
 
 def _alone(
-    nodes: np.ndarray,
-    table: np.ndarray,
+    nodes: AnyArray,
+    table: AnyArray,
     face: int,
     found: Buckets,
-    state: np.ndarray,
-    has: np.ndarray,
+    state: AnyArray,
+    has: AnyArray,
 ) -> Indices:
     from ffdstudio.meshes.pairing_kernels import alone
 
@@ -154,7 +154,7 @@ def _filled(sides: Sequence[Sides], numbered: bool) -> Buckets:
     return Buckets(first, keys, extra, ids)
 
 
-def _padded(table: Table) -> np.ndarray:
+def _padded(table: Table) -> AnyArray:
     """(faces, 4) faces by corner; triangles and edges repeat their last one."""
     return np.array([[*face, face[-1], face[-1]][:4] for face in table], dtype=np.int64)
 

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ffdstudio.aliases import AnyArray
 from ffdstudio.compiling import compiled
 
 ALONE, FIRST, SECOND, MANY = 0, 1, 2, 3
@@ -21,7 +22,7 @@ FEW = 64  # faces in a bucket whose pairs are all compared
 
 
 @compiled
-def smallest(nodes: np.ndarray, table: np.ndarray, row: int, face: int) -> int:
+def smallest(nodes: AnyArray, table: AnyArray, row: int, face: int) -> int:
     """Least node of one face of one cell; triangles repeat their last corner."""
     least = min(nodes[row, table[face, 0]], nodes[row, table[face, 1]])
     other = min(nodes[row, table[face, 2]], nodes[row, table[face, 3]])
@@ -29,7 +30,7 @@ def smallest(nodes: np.ndarray, table: np.ndarray, row: int, face: int) -> int:
 
 
 @compiled
-def key_of(nodes: np.ndarray, table: np.ndarray, row: int, face: int) -> Key:
+def key_of(nodes: AnyArray, table: AnyArray, row: int, face: int) -> Key:
     """Smallest node, the next two as one number, and the largest one of a quad or -1."""
     a, b = np.int64(nodes[row, table[face, 0]]), np.int64(nodes[row, table[face, 1]])
     c, d = np.int64(nodes[row, table[face, 2]]), np.int64(nodes[row, table[face, 3]])
@@ -46,7 +47,7 @@ def key_of(nodes: np.ndarray, table: np.ndarray, row: int, face: int) -> Key:
 
 
 @compiled
-def counted(begin: int, end: int, nodes: np.ndarray, table: np.ndarray, count: np.ndarray) -> None:
+def counted(begin: int, end: int, nodes: AnyArray, table: AnyArray, count: AnyArray) -> None:
     """Add the faces of rows begin to end to ``count[n]``, n their smallest node."""
     for row in range(begin, end):
         for face in range(len(table)):
@@ -57,13 +58,13 @@ def counted(begin: int, end: int, nodes: np.ndarray, table: np.ndarray, count: n
 def filled(
     begin: int,
     end: int,
-    nodes: np.ndarray,
-    table: np.ndarray,
+    nodes: AnyArray,
+    table: AnyArray,
     start: int,
-    at: np.ndarray,
-    keys: np.ndarray,
-    extra: np.ndarray,
-    ids: np.ndarray,
+    at: AnyArray,
+    keys: AnyArray,
+    extra: AnyArray,
+    ids: AnyArray,
 ) -> None:
     """Put the faces of rows begin to end into their buckets; ``at[n]`` is where the next goes.
 
@@ -84,7 +85,7 @@ def filled(
 
 
 @compiled
-def before(key: int, most: int, i: int, keys: np.ndarray, extra: np.ndarray) -> bool:
+def before(key: int, most: int, i: int, keys: AnyArray, extra: AnyArray) -> bool:
     """Whether a face comes before the one at place i."""
     if key != keys[i] or len(extra) == 0:
         return bool(key < keys[i])
@@ -92,7 +93,7 @@ def before(key: int, most: int, i: int, keys: np.ndarray, extra: np.ndarray) -> 
 
 
 @compiled
-def ordered(begin: int, end: int, keys: np.ndarray, extra: np.ndarray, ids: np.ndarray) -> None:
+def ordered(begin: int, end: int, keys: AnyArray, extra: AnyArray, ids: AnyArray) -> None:
     """Sort the faces of a large bucket (Shell's method)."""
     gap = 1
     while 3 * gap + 1 < end - begin:
@@ -121,13 +122,13 @@ def ordered(begin: int, end: int, keys: np.ndarray, extra: np.ndarray, ids: np.n
 def matched(
     low: int,
     high: int,
-    first: np.ndarray,
-    keys: np.ndarray,
-    extra: np.ndarray,
-    ids: np.ndarray,
-    state: np.ndarray,
-    partner: np.ndarray,
-    names: np.ndarray,
+    first: AnyArray,
+    keys: AnyArray,
+    extra: AnyArray,
+    ids: AnyArray,
+    state: AnyArray,
+    partner: AnyArray,
+    names: AnyArray,
 ) -> None:
     """Set `state` in the buckets low to high: alone, first and second of a pair, or one of many.
 
@@ -169,7 +170,7 @@ def matched(
 
 
 @compiled
-def marked(low: int, high: int, first: np.ndarray, state: np.ndarray, has: np.ndarray) -> None:
+def marked(low: int, high: int, first: AnyArray, state: AnyArray, has: AnyArray) -> None:
     """Set ``has[n]`` for the nodes whose bucket has a face that is alone."""
     for node in range(low, high):
         for i in range(first[node], first[node + 1]):
@@ -182,15 +183,15 @@ def marked(low: int, high: int, first: np.ndarray, state: np.ndarray, has: np.nd
 def alone(
     begin: int,
     end: int,
-    nodes: np.ndarray,
-    table: np.ndarray,
+    nodes: AnyArray,
+    table: AnyArray,
     face: int,
-    first: np.ndarray,
-    keys: np.ndarray,
-    extra: np.ndarray,
-    state: np.ndarray,
-    has: np.ndarray,
-    out: np.ndarray,
+    first: AnyArray,
+    keys: AnyArray,
+    extra: AnyArray,
+    state: AnyArray,
+    has: AnyArray,
+    out: AnyArray,
 ) -> int:
     """Rows begin to end whose face is alone, written to `out`; how many."""
     count = 0
@@ -216,7 +217,36 @@ def alone(
 
 
 @compiled
-def looped(nodes: np.ndarray, offsets: np.ndarray, least: np.ndarray, total: np.ndarray) -> None:
+def emitted(
+    nodes: AnyArray,
+    corners: AnyArray,
+    of_cell: AnyArray,
+    start: int,
+    partner: AnyArray,
+    cells: AnyArray,
+    out: AnyArray,
+    owner: AnyArray,
+    neighbour: AnyArray,
+) -> None:
+    """Write each face that is alone, or the first of a pair, with the cells on both sides.
+
+    `corners` are those of one face in `nodes`, `of_cell` the cell of each row; ``start`` is the
+    number of the first of these faces, and `cells` tells the cell of a face by number.
+    """
+    at = 0
+    for row in range(len(nodes)):
+        other = partner[start + row]
+        if other >= 0 and other < start + row:
+            continue
+        for j in range(len(corners)):
+            out[at, j] = nodes[row, corners[j]]
+        owner[at] = of_cell[row]
+        neighbour[at] = cells[other] if other >= 0 else -1
+        at += 1
+
+
+@compiled
+def looped(nodes: AnyArray, offsets: AnyArray, least: AnyArray, total: AnyArray) -> None:
     """Smallest node and sum of the nodes of faces of any size."""
     for face in range(len(offsets) - 1):
         low, add = nodes[offsets[face]], 0
@@ -227,13 +257,13 @@ def looped(nodes: np.ndarray, offsets: np.ndarray, least: np.ndarray, total: np.
 
 @compiled
 def loops_matched(
-    order: np.ndarray,
-    nodes: np.ndarray,
-    offsets: np.ndarray,
-    least: np.ndarray,
-    total: np.ndarray,
-    partner: np.ndarray,
-    names: np.ndarray,
+    order: AnyArray,
+    nodes: AnyArray,
+    offsets: AnyArray,
+    least: AnyArray,
+    total: AnyArray,
+    partner: AnyArray,
+    names: AnyArray,
 ) -> None:
     """Partners of faces of any size, `order` listing them by smallest node, size and sum."""
     for i in range(len(order)):

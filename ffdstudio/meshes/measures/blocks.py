@@ -17,7 +17,7 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from ffdstudio.aliases import Array, Indices
+from ffdstudio.aliases import Array, Indices, Mask
 from ffdstudio.meshes.measures.recognise import ramps, recognised, sides, trihedra
 from ffdstudio.meshes.mesh import Faces, Mesh
 from ffdstudio.meshes.topology import Cells, base_type, corners, dimension
@@ -97,14 +97,22 @@ class Blocks:
         """Return the points whose normals count as up: none are needed in a plane or in space."""
         return points if self.dimension == 2 and not self.flat else None
 
+    def moved(self, points: Array, new: Array) -> Mask:
+        """Mask of the extended points that differ between two states of the points."""
+        return self.spread((new != points).any(axis=1))
+
+    def spread(self, moved: Mask) -> Mask:
+        """Mask of the extended points that follow a moved one."""
+        if not self.groups:
+            return moved
+        return self.extended(moved.astype(np.float64)[:, None])[:, 0] > 0
+
     def moved_cells(self, moved: np.ndarray) -> np.ndarray:
         """Mask of the cells with a moved node; `moved` is a mask of the points."""
         from ffdstudio.meshes.measures.corner_kernels import touched
         from ffdstudio.meshes.measures.work import shared
 
-        mask, out = moved, np.zeros(self.count, dtype=bool)
-        if self.groups:
-            mask = self.extended(moved.astype(np.float64)[:, None])[:, 0] > 0
+        mask, out = self.spread(moved), np.zeros(self.count, dtype=bool)
         for block in self.blocks:
             shared(touched, np.arange(len(block.nodes)), block.nodes, block.cells, mask, out)
         return out

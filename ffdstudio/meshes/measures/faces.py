@@ -13,6 +13,7 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
+from ffdstudio import threads
 from ffdstudio.aliases import Indices, Mask
 from ffdstudio.errors import InputError
 from ffdstudio.meshes.measures.blocks import Block, blocks_of
@@ -27,6 +28,10 @@ EDGES = {
     "quad": ((0, 1), (1, 2), (2, 3), (3, 0)),
     "polygon": ((0, 1),),  # of its fan of triangles
 }
+
+
+# nodes of cells, the corners of one of their faces, the cells' numbers, the first face's number
+Seen = tuple[Indices, tuple[int, ...], Indices, int]
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,10 +109,10 @@ def _from_cells(mesh: Mesh) -> Faces:
         [np.tile(b.cells, len(t)) for b, (_, t) in zip(blocks, sides, strict=True)]
         or [np.empty(0, dtype=np.int64)]
     )
-    start, by_size = 0, dict[int, list[tuple[Indices, int]]]()
-    for nodes, table in sides:
+    start, by_size = 0, dict[int, list[Seen]]()
+    for block, (nodes, table) in zip(blocks, sides, strict=True):
         for face in table:
-            by_size.setdefault(len(face), []).append((nodes[:, face], start))
+            by_size.setdefault(len(face), []).append((nodes, face, block.cells, start))
             start += len(nodes)
     return _joined([_distinct(found, partner, cells) for found in by_size.values()])
 
@@ -127,33 +132,52 @@ def _joined(parts: list[tuple[Indices, Indices, Indices]]) -> Faces:
 
 
 def _distinct(
-    found: list[tuple[Indices, int]], partner: Indices, cells: Indices
+    found: list[Seen], partner: Indices, cells: Indices
 ) -> tuple[Indices, Indices, Indices]:
-    """Distinct faces of one size with owner and neighbour.
+    """Distinct faces of one size with owner and neighbour."""
+    from ffdstudio.meshes.pairing_kernels import emitted
 
-    `found` has the nodes of faces as seen from each cell, and the number of the first.
-    """
-    parts = []
-    for nodes, start in found:
-        number = np.arange(start, start + len(nodes))
-        other = partner[start : start + len(nodes)]
-        kept = (other < 0) | (other > number)
-        if (other == MANY).any():
-            kept &= _whole(nodes, other == MANY)
-        neighbour = np.where(other >= 0, cells[other], -1)
-        parts.append((nodes[kept], cells[number[kept]], neighbour[kept]))
-    nodes, owner, neighbour = (np.concatenate([part[k] for part in parts]) for k in range(3))
-    return nodes, owner, neighbour
+    others = [partner[start : start + len(nodes)] for nodes, _, _, start in found]
+    begins = np.cumsum([0, *map(_firsts, others, [start for *_, start in found])])
+    out = np.empty((begins[-1], len(found[0][1])), dtype=np.int64)
+    owner, neighbour = np.empty(begins[-1], dtype=np.int64), np.empty(begins[-1], dtype=np.int64)
+
+    def emit(k: int) -> None:
+        nodes, face, of_cell, start = found[k]
+        part = slice(begins[k], begins[k + 1])
+        given = nodes, np.array(face), of_cell, start, partner, cells
+        emitted(*given, out[part], owner[part], neighbour[part])
+
+    threads.for_each(emit, range(len(found)))
+    if any((other == MANY).any() for other in others):
+        return _manifold(out, owner, neighbour, found, partner)
+    return out, owner, neighbour
 
 
-def _whole(nodes: Indices, shared: Mask) -> Mask:
-    """Faces that are no collapsed ones without area, which any number of cells may share."""
+def _firsts(other: Indices, start: int) -> int:
+    """Number of faces that are alone or the first of a pair."""
+    return int(((other < 0) | (other > np.arange(start, start + len(other)))).sum())
+
+
+def _manifold(
+    nodes: Indices, owner: Indices, neighbour: Indices, found: list[Seen], partner: Indices
+) -> tuple[Indices, Indices, Indices]:
+    """Faces without those of collapsed cells that have no area, which many cells may share."""
+    for rows, face, _, start in found:
+        shared = rows[partner[start : start + len(rows)] == MANY][:, face]
+        whole = _whole(shared)
+        if whole.any():
+            bad = shared[whole][0].tolist()
+            raise InputError(f"the face of nodes {bad} (counted from 0) belongs to over two cells")
+    kept = _whole(nodes)
+    return nodes[kept], owner[kept], neighbour[kept]
+
+
+def _whole(nodes: Indices) -> Mask:
+    """Faces with three nodes that differ, edges with two."""
     ordered = np.sort(nodes, axis=1)
     distinct = 1 + (ordered[:, 1:] != ordered[:, :-1]).sum(axis=1)
     whole: Mask = distinct >= min(3, nodes.shape[1])
-    if whole[shared].any():
-        bad = nodes[shared & whole][0].tolist()
-        raise InputError(f"the face of nodes {bad} (counted from 0) belongs to over two cells")
     return whole
 
 

@@ -15,8 +15,8 @@ from numpy.typing import ArrayLike
 from ffdstudio.aliases import Array, Indices
 from ffdstudio.errors import InputError
 from ffdstudio.meshes.measures.bezier import INSIDE, folded
-from ffdstudio.meshes.measures.blocks import Block, Blocks, blocks_of
-from ffdstudio.meshes.measures.corners import jacobians, signs
+from ffdstudio.meshes.measures.blocks import Block, blocks_of
+from ffdstudio.meshes.measures.sweep import Sweep
 from ffdstudio.meshes.mesh import Mesh
 from ffdstudio.meshes.topology import numbers
 
@@ -71,11 +71,12 @@ def inverted(mesh: Mesh, points: ArrayLike | None = None) -> Inverted:
     blocks = blocks_of(mesh)
     old, here = blocks.extended(mesh.points), blocks.extended(new)
     mask, corner = np.zeros(blocks.count, dtype=bool), np.zeros(blocks.count, dtype=bool)
-    for block in blocks.of_cells(blocks.moved_cells((new != mesh.points).any(axis=1))):
-        if len(block.cells):
-            bad = flipped(block, blocks, old, here)
-            corner[block.cells[bad]] = True
-            mask[block.cells[bad | folded_since(block, old, here, bad)]] = True
+    sweep = Sweep(old, blocks.moved(mesh.points, new), blocks.flat)
+    for block in blocks.blocks:
+        for flips, doubt in sweep.flipped(block, here):
+            corner[block.cells[flips]] = True
+            part = block[doubt]
+            mask[part.cells[folded_since(part, old, here, np.zeros(len(doubt), dtype=bool))]] = True
     return Inverted(mask | corner, int(corner.sum()))
 
 
@@ -87,15 +88,6 @@ def deformed(mesh: Mesh, points: ArrayLike | None) -> Array:
     if new.shape != mesh.points.shape:
         raise InputError(f"this mesh has points {mesh.points.shape}, the points given {new.shape}")
     return new
-
-
-def flipped(block: Block, blocks: Blocks, old: Array, here: Array) -> np.ndarray:
-    """Whether a corner of a cell changed sign or lost its volume."""
-    up = blocks.upright(old)
-    sign = signs(block, old, up)
-    bad = (jacobians(block, here, up) * sign <= 0) & (sign != 0)
-    result: np.ndarray = bad.any(axis=0)
-    return result
 
 
 def folded_since(block: Block, old: Array, here: Array, skip: np.ndarray) -> np.ndarray:

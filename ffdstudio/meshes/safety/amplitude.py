@@ -4,7 +4,9 @@
    plane: the first inversion is the smallest positive root over all corners (`roots`).
 2. Signs are those of the undeformed mesh and corners without volume are not judged, exactly as
    `measures.inverted` has it.
-3. A hexahedron or wedge may fold inside before a corner does: `interior` looks for that in
+3. One compiled pass (`sweep`) bounds that polynomial by the end found so far; the roots are
+   sought of what is left alone.
+4. A hexahedron or wedge may fold inside before a corner does: `interior` looks for that in
    the amplitudes that the corners leave.
 """
 
@@ -13,16 +15,19 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ffdstudio.aliases import Array
+from ffdstudio.aliases import Array, Indices
 from ffdstudio.errors import InputError
 from ffdstudio.meshes.measures.bezier import INSIDE
 from ffdstudio.meshes.measures.blocks import Block, blocks_of
 from ffdstudio.meshes.measures.corners import ROUNDING, edges, signs, unit
 from ffdstudio.meshes.measures.inversion import deformed
+from ffdstudio.meshes.measures.sweep import Sweep
 from ffdstudio.meshes.measures.vectors import cross, dot, gathered, length, pieces, triple
 from ffdstudio.meshes.mesh import Mesh
 from ffdstudio.meshes.safety.interior import first_fold
 from ffdstudio.meshes.safety.roots import smallest
+
+SAMPLE = 4096  # cells that give the first end
 
 
 def safe_amplitude(mesh: Mesh, displacement: ArrayLike, points: ArrayLike | None = None) -> float:
@@ -59,16 +64,46 @@ def safe_amplitude(mesh: Mesh, displacement: ArrayLike, points: ArrayLike | None
         raise InputError("a displacement is not a finite number")
     blocks = blocks_of(mesh)
     rest, start, far = (blocks.extended(a) for a in (mesh.points, start, move))
-    up = blocks.upright(rest)
-    chosen = blocks.moved_cells((move != 0).any(axis=1))
-    moving = [block for block in blocks.of_cells(chosen) if len(block.cells)]
+    if start is not rest and np.array_equal(start, rest):
+        start = rest
     if blocks.flat:
         far = far * [1, 1, 0]
-    limit = min((_corners(block, rest, start, far, up) for block in moving), default=np.inf)
-    for block in moving:
+    sweep = Sweep(rest, blocks.spread((move != 0).any(axis=1)), blocks.flat)
+    search = _Search(sweep, start, far, blocks.upright(rest))
+    for block in blocks.blocks:
+        search.corners(block)
+    for block in blocks.blocks:
+        search.inside(block)
+    return search.limit
+
+
+class _Search:
+    """The earliest end found so far: what cannot end earlier is passed over."""
+
+    def __init__(self, sweep: Sweep, start: Array, move: Array, up: Array | None) -> None:
+        self.sweep, self.start, self.move, self.up = sweep, start, move, up
+        self.limit = np.inf
+        self._doubts: dict[int, list[Indices]] = {}
+
+    def corners(self, block: Block) -> None:
+        """Look at the corners of cells; at some of them first, for an end to begin with."""
+        step = max(len(block.nodes) // SAMPLE, 1)
+        self._solve(block[::step])
+        rows = self._doubts.setdefault(id(block), [])
+        for corner, inside in self.sweep.doubtful(block, self.start, self.move, lambda: self.limit):
+            self._solve(block[corner])
+            rows.append(inside)
+
+    def _solve(self, block: Block) -> None:
+        found = _corners(block, self.sweep.rest, self.start, self.move, self.up)
+        self.limit = min(self.limit, found)
+
+    def inside(self, block: Block) -> None:
+        """Look into the hexahedra and wedges that are not known to be valid up to the limit."""
         if block.type in INSIDE:
-            limit = first_fold(block, start, far, limit)
-    return limit
+            rows = np.concatenate([np.empty(0, dtype=np.int64), *self._doubts[id(block)]])
+            if len(rows):
+                self.limit = first_fold(block[rows], self.start, self.move, self.limit)
 
 
 def _corners(block: Block, rest: Array, start: Array, move: Array, up: Array | None) -> float:
