@@ -13,10 +13,16 @@ from pathlib import Path, PurePath
 from ffdstudio.cli.main import COMMANDS, complain
 from ffdstudio.cli.main import main as command_line
 
+READER = "--read-in-a-process-of-its-own"
+
 
 def main() -> int:
     """Run `ffdstudio` and return the exit code."""
     arguments = sys.argv[1:]
+    if arguments[:1] == [READER]:  # a frozen program, started by itself
+        from ffdstudio.meshes.confined.child import main as read
+
+        read()
     return command_line(arguments, _window if wants_window(arguments) else None)
 
 

@@ -1,38 +1,40 @@
 """Whatever meshio reads, and new files of some formats through it: never a morphed mesh's own.
 
-1. meshio ends the process when one of its readers fails (``sys.exit``) and prints to stdout:
-   both are caught here.
+1. meshio works in a process of its own, with limits of time and memory (see `confined`): it may
+   hang, print or end that process, and a file may lead it astray, without harm to this one.
 2. What it delivers is checked by `Mesh` like everything else.
 """
 
 from __future__ import annotations
 
-import contextlib
-import io
-import tempfile
-import warnings
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from ffdstudio.aliases import Array
+from ffdstudio.aliases import AnyArray, Array
 from ffdstudio.errors import InputError
 from ffdstudio.files import write_bytes
+from ffdstudio.meshes.confined.asking import ask
 from ffdstudio.meshes.formats import Progress
 from ffdstudio.meshes.mesh import Markers, Mesh
 from ffdstudio.meshes.topology import Cells
+from ffdstudio.paths import is_file
 
 
 def read(path: Path, data: bytes, progress: Progress) -> Mesh:
     """Read a file through meshio; see `read_mesh`."""
-    found = _read(path)
+    unpacked = [] if is_file(path) else [np.frombuffer(data, dtype=np.uint8)]  # of a .gz file
+    head = {"do": "read", "path": str(path.absolute())}
+    said, arrays = ask(path, head, unpacked, _size(path, data), progress)
     try:
-        points = _points(found.points)
-        mesh = Mesh(points, _cells(found.cells), _sets(found), dimension=_dimension(found))
-    except (TypeError, ValueError, AttributeError, IndexError) as error:
+        points = arrays[0]
+        blocks = [(kind, arrays[number]) for kind, number in said["blocks"]]
+        dimension = 2 if points.shape[-1] == 2 else 3
+        sets = _sets(said["sets"], blocks, arrays)
+        return Mesh(_points(points), _cells(blocks), sets, dimension=dimension)
+    except (TypeError, ValueError, AttributeError, IndexError, KeyError) as error:
         raise InputError(f"{path}: what is in this file is no mesh: {error}") from error
-    return mesh
 
 
 NEW = {".vtu": "vtu", ".msh": "gmsh22", ".inp": "abaqus"}  # suffix -> meshio's name
@@ -46,72 +48,49 @@ def write_new(mesh: Mesh, path: Path) -> None:
     InputError
         If no such file can be made of this mesh.
     """
-    import meshio
-
     name = NEW.get(path.suffix.lower())
     if name is None or not mesh.cells:
         raise InputError(f"{path}: no new file of this kind can be made of this mesh")
+    arrays: list[AnyArray] = [mesh.points, *mesh.cells.values()]
+    blocks = [(kind, number) for number, kind in enumerate(mesh.cells, start=1)]
+    size = sum(array.nbytes for array in arrays)
+    head = {"do": "write", "format": name, "blocks": blocks}
+    _, (content,) = ask(path, head, arrays, size, lambda fraction: None)
+    write_bytes(path, content.tobytes())
+
+
+def _size(path: Path, data: bytes) -> int:
+    """Bytes of a file and of those beside it that have its name and another suffix."""
     try:
-        with tempfile.TemporaryDirectory() as folder:
-            draft = Path(folder) / path.name
-            with contextlib.redirect_stdout(io.StringIO()):
-                meshio.Mesh(mesh.points, mesh.cells).write(draft, file_format=name)
-            data = draft.read_bytes()
-    except (Exception, SystemExit) as error:
-        raise InputError(f"{path}: meshio cannot write this mesh: {error}") from error
-    write_bytes(path, data)
+        beside = [p for p in path.parent.glob("*") if p.stem == path.stem and p.is_file()]
+        return max(len(data), sum(p.stat().st_size for p in beside))
+    except OSError:
+        return len(data)
 
 
-def _read(path: Path) -> Any:
-    import meshio
-
-    try:
-        with (
-            contextlib.redirect_stdout(io.StringIO()),
-            contextlib.redirect_stderr(io.StringIO()),
-            warnings.catch_warnings(),
-        ):
-            warnings.simplefilter("ignore")
-            return meshio.read(path)
-    except SystemExit:
-        raise InputError(f"{path}: no mesh format is known that reads this file") from None
-    except Exception as error:
-        raise InputError(f"{path}: {_cause(error, path)}") from error
-
-
-def _cause(error: Exception, path: Path) -> str:
-    """What meshio's reader stumbled over, in words for who does not know it."""
-    words = str(error).strip().splitlines() or [type(error).__name__]
-    if isinstance(error, UnicodeDecodeError) or "Could not deduce" in words[0]:
-        return "no mesh format is known that reads this file"
-    return f"this file cannot be read as a {path.suffix or 'mesh'} file: {words[0]}"
-
-
-def _points(points: Any) -> Array:
+def _points(points: AnyArray) -> Array:
     array = np.asarray(points, dtype=np.float64)
     flat = array.reshape(len(array), -1)[:, :3]
     return np.hstack([flat, np.zeros((len(flat), 3 - flat.shape[1]))])
 
 
-def _dimension(found: Any) -> int:
-    return 2 if np.shape(found.points)[-1] == 2 else 3
-
-
-def _cells(blocks: Any) -> Cells:
-    parts: dict[str, list[np.ndarray]] = {}
-    for block in blocks:
-        parts.setdefault(block.type, []).append(np.asarray(block.data))
+def _cells(blocks: list[tuple[str, AnyArray]]) -> Cells:
+    parts: dict[str, list[AnyArray]] = {}
+    for kind, nodes in blocks:
+        parts.setdefault(kind, []).append(nodes)
     return {kind: np.concatenate(nodes) for kind, nodes in parts.items()}
 
 
-def _sets(found: Any) -> Markers:
+def _sets(
+    sets: dict[str, Any], blocks: list[tuple[str, AnyArray]], arrays: list[AnyArray]
+) -> Markers:
     markers: Markers = {}
-    for name, by_block in found.cell_sets.items():
+    for name, by_block in sets.items():
         cells: Cells = {}
-        for block, chosen in zip(found.cells, by_block, strict=True):
-            if chosen is not None and len(chosen):
-                nodes = np.asarray(block.data)[chosen]
-                old = cells.get(block.type)
-                cells[block.type] = nodes if old is None else np.concatenate([old, nodes])
-        markers[str(name)] = cells
+        for (kind, nodes), number in zip(blocks, by_block, strict=True):
+            if number is not None and len(arrays[number]):
+                chosen = nodes[arrays[number]]
+                old = cells.get(kind)
+                cells[kind] = chosen if old is None else np.concatenate([old, chosen])
+        markers[name] = cells
     return markers
