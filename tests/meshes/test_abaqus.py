@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
 from ffdstudio import InputError, read_mesh, write_mesh
 from ffdstudio.meshes import MeshWarning
+from ffdstudio.meshes.formats.patch import Edits
 
 DECK = """\
 *HEADING
@@ -156,3 +158,41 @@ def test_an_included_file_with_nodes_is_refused_and_any_other_named(deck, tmp_pa
     (tmp_path / "more.inp").write_text("*NODE\n1, 0., 0., 0.\n")
     with pytest.raises(InputError, match=r"the nodes in more\.inp, which it includes, would not"):
         read_mesh(deck)
+
+
+def as_calculix_reads(text: str) -> np.ndarray:
+    """Coordinates by the first 20 characters of each field, which is all that CalculiX looks at."""
+    rows = [line.split(",") for line in text.splitlines() if line[:1].isdigit()]
+    return np.array([[float(word.strip()[:20]) for word in row[1:4]] for row in rows])
+
+
+SMALL = [-1.2345678901234567e-05, 0.1, -0.00012345678901234567]
+LARGE = [-1.2345678901234567e-123, 1.7976931348623157e308, -123456.78901234567]
+
+
+@pytest.mark.parametrize("rows", [SMALL, LARGE, [-1 / 3, 1e22, -5e-324]])
+def test_numbers_have_as_many_characters_as_calculix_reads(tmp_path, rows):
+    path = tmp_path / "a.inp"
+    path.write_text("*NODE\n1, 0, 0, 0\n2, 1, 0, 0\n3, 0, 1, 0\n*ELEMENT, TYPE=S3\n1, 1, 2, 3\n")
+    mesh = read_mesh(path)
+    points = np.array([rows, [-value for value in rows], [1.0, 0.0, 2.0]])
+    write_mesh(mesh, tmp_path / "b.inp", points)
+    text = (tmp_path / "b.inp").read_text().partition("*ELEMENT")[0]
+    assert max(len(w.strip()) for line in text.splitlines() for w in line.split(",")) <= 20
+    seen = as_calculix_reads(text)
+    assert np.abs(seen - points).max() <= 1e-12 * np.abs(points).max()
+    assert np.allclose(seen, points, rtol=1e-12, atol=0)
+    assert np.array_equal(read_mesh(tmp_path / "b.inp").points, seen)
+
+
+def test_thousands_of_random_numbers_fit_and_lose_nothing_that_matters():
+    rng = np.random.default_rng(5)
+    values = rng.standard_normal(20_000) * 10.0 ** rng.integers(-200, 200, 20_000)
+    text = b" ".join([b"0"] * len(values))
+    places = 2 * np.arange(len(values))
+    found = Edits(places, places + 1, values, 20).apply(text).split()
+    assert max(map(len, found)) <= 20
+    read = np.array([float(word) for word in found])
+    assert np.allclose(read, values, rtol=1e-12, atol=0)
+    short = np.array([len(repr(value)) <= 20 for value in values.tolist()])
+    assert np.array_equal(read[short], values[short])

@@ -6,7 +6,9 @@
    frames (``*SYSTEM``) are refused: the numbers are not x, y, z.
 3. Element sets become markers, node sets markers of vertices; those of an instance in an
    assembly are its part's.
-4. A blank coordinate is zero. Nodes in other files would not move: these decks are refused.
+4. A number gets at most 20 characters, the most that both programs read: one that needs more
+   is rounded, by less than 1e-12 of itself.
+5. A blank coordinate is zero. Nodes in other files would not move: these decks are refused.
 """
 
 from __future__ import annotations
@@ -31,6 +33,7 @@ from ffdstudio.meshes.formats.source import Source
 from ffdstudio.meshes.mesh import Markers, Mesh, MeshWarning
 from ffdstudio.meshes.topology import Cells
 
+FIELD = 20  # characters of a number: CalculiX cuts longer ones off, whatever they end in
 _NODES = re.compile(rb"^\*NODE[ \t]*[,\r\n]", re.I | re.M)
 
 
@@ -82,7 +85,7 @@ class _Reader:
         for part in self.parts:
             first = self._resolve(part, first, cells, markers)
         joined = {kind: np.concatenate(nodes) for kind, nodes in cells.items()}
-        template = TextTemplate(self.source.data, points, starts, ends)
+        template = TextTemplate(self.source.data, points, starts, ends, width=FIELD)
         return Mesh(
             points,
             joined,

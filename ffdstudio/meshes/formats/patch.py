@@ -31,9 +31,13 @@ DOUBLE = np.dtype(np.float64)
 
 
 class Edits:
-    """Numbers to replace in a text: (k,) begin and end of each, and its new value."""
+    """Numbers to replace in a text: (k,) begin and end of each, and its new value.
 
-    def __init__(self, starts: Indices, ends: Indices, values: Array) -> None:
+    A `width` other than 0 is the number of characters that a number may have.
+    """
+
+    def __init__(self, starts: Indices, ends: Indices, values: Array, width: int = 0) -> None:
+        self.width = width
         order = np.argsort(starts, kind="stable")
         self.starts, self.ends, self.values = starts[order], ends[order], values[order]
 
@@ -47,12 +51,33 @@ class Edits:
             part = slice(k, k + CHUNK)
             begin, end = self.starts[part].tolist(), self.ends[part].tolist()
             texts = shortest_texts(self.values[part])
+            if self.width:
+                texts = [_fitted(text, self.width) for text in texts]
             pieces = [b""] * (2 * len(texts))
             pieces[0::2] = [data[i:j] for i, j in zip([at, *end], begin, strict=False)]
             pieces[1::2] = texts
             yield b"".join(pieces)
             at = end[-1]
         yield data[at:]
+
+
+def _fitted(text: bytes, width: int) -> bytes:
+    """A number in so many characters, with as many of its digits as there is room for."""
+    if len(text) <= width:
+        return text
+    value, exact = float(text), _compact(text.decode())
+    if len(exact) <= width:
+        return exact
+    shorter = (_compact(f"{value:.{digits}g}") for digits in range(17, 0, -1))
+    return next(found for found in shorter if len(found) <= width)
+
+
+def _compact(text: str) -> bytes:
+    """A number without the zeros that nobody needs: ``-0.5e-05`` is ``-.5e-5``."""
+    mantissa, mark, exponent = text.partition("e")
+    sign, digits = ("-", mantissa[1:]) if mantissa.startswith("-") else ("", mantissa)
+    digits = digits[1:] if digits.startswith("0.") else digits
+    return f"{sign}{digits}{mark}{int(exponent) if mark else ''}".encode()
 
 
 def shortest(values: list[float]) -> list[str]:
@@ -75,6 +100,8 @@ class TextTemplate:
         (m,) node of each row; by default row i is node i.
     dtype : numpy.dtype
         Type that the file declares for its text; float32 rounds what is written.
+    width : int
+        Characters that a number may have in files of this format; 0 for any.
     """
 
     data: bytes
@@ -83,6 +110,7 @@ class TextTemplate:
     ends: Indices
     slots: Indices | None = None
     dtype: np.dtype = DOUBLE
+    width: int = 0
 
     def patched(self, points: Array) -> bytes:
         """File content with these (n, 3) coordinates.
@@ -99,7 +127,7 @@ class TextTemplate:
         old, new = by_slot(self.original, points, self.slots, self.starts.shape[1])
         moved = changed(old, new)
         values = rounded(new[moved], self.dtype).astype(np.float64)
-        return Edits(self.starts[moved], self.ends[moved], values)
+        return Edits(self.starts[moved], self.ends[moved], values, self.width)
 
     def write(self, path: Path, points: Array) -> None:
         """Write the patched file; warn if its type cannot hold all digits."""
