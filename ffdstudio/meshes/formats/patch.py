@@ -69,7 +69,7 @@ def _fitted(text: bytes, width: int) -> bytes:
     if len(exact) <= width:
         return exact
     shorter = (_compact(f"{value:.{digits}g}") for digits in range(17, 0, -1))
-    return next(found for found in shorter if len(found) <= width)
+    return next(s for s in shorter if len(s) <= width and np.isfinite(float(s)))
 
 
 def _compact(text: str) -> bytes:
