@@ -30,6 +30,7 @@ COMMANDS = {
     "morph": "deform meshes by a lattice",
     "fit": "find the lattice that turns one shape into another",
     "optimize": "run an optimization study from a case file",
+    "compare": "adaptive lattices against static ones on many airfoils",
     "convert": "convert a lattice between file formats",
     "replay": "repeat the journal of a window without it",
 }

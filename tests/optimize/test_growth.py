@@ -1,5 +1,7 @@
 """Fits that ask for many variables: enough points for them, and a word where growth ends."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
@@ -9,6 +11,9 @@ from ffdstudio.optimize.geometry.contour import Contour, upper_side
 from ffdstudio.optimize.objectives.distance import ContourDistance, PointDistance
 from ffdstudio.optimize.refine.candidates import Guards
 from ffdstudio.optimize.runs.study import Refinement, Study
+from ffdstudio.optimize.variables.metrics import Surface
+from ffdstudio.optimize.variables.rules import Rules
+from ffdstudio.optimize.variables.space import DesignSpace, Insertion
 from tests.optimize.cases import bumped, columns, section, task
 
 
@@ -41,8 +46,11 @@ def test_three_rows_leave_the_control_points_near(root):
 @pytest.mark.parametrize(
     ("guards", "reason"),
     [
-        (Guards(), "4 points a variable are needed, and there are 61"),
-        (Guards(points_per_variable=0.1), "a knot needs 2 points on both sides within its span"),
+        (Guards(), "2 points a variable are needed, and there are 61"),
+        (
+            Guards(points_per_variable=0.1),
+            "a knot needs 2 points and 0.25% of the surface on both sides within its span",
+        ),
     ],
 )
 def test_a_guard_that_ends_growth_is_named(guards, reason):
@@ -54,3 +62,40 @@ def test_a_guard_that_ends_growth_is_named(guards, reason):
     assert history.records[-1].note.endswith(
         f"growth ended at {last.variables} of 100 variables: {reason}"
     )
+
+
+def test_static_lattices_are_held_to_the_points_that_adaptive_ones_get():
+    points = section(41)
+    job = task(PointDistance(points), columns(21), points, "l2")
+    with pytest.raises(InputError, match="42 variables need 2 points each, and the surface has 41"):
+        Study(job, "gauss-newton").run()
+
+
+def test_knots_do_not_pile_up_where_the_surface_has_no_room():
+    """A cost that is all in the last thousandth of the chord."""
+    points = section(401)
+    kink = points + [0, 1e-3, 0] * (points[:, :1] > 0.999)
+    settings = Refinement(variables=30)
+    history = Study(
+        task(PointDistance(kink), columns(5), points, "l2"), "gauss-newton", settings
+    ).run()
+    knots = np.unique(history.lattice(-1).knots[0])
+    share = Surface.curve(points).mass
+    between = [share[(points[:, 0] >= a) & (points[:, 0] <= b)].sum() for a, b in pairwise(knots)]
+    assert min(between) >= 0.5 * settings.guards.least_share
+    assert len(knots) > 5
+
+
+def test_rows_whose_knots_differ_by_rounding_share_a_column():
+    points = section(161)
+    space = DesignSpace.of(columns(5), Rules())
+    first = space.refined(Insertion(0, 0.84, 0))[0]
+    both = first.refined(Insertion(0, np.nextafter(0.84, 1), 1))[0]
+    assert both.size == first.size + 1
+    assert both.rest.shape == first.rest.shape
+    job = task(PointDistance(bumped(columns(20), points)), columns(5), points, "l2")
+    settings = Refinement(variables=30, row_wise=True, insertions=30, relocate=True)
+    history = Study(job, "gauss-newton", settings).run()
+    gaps = np.diff(np.unique(history.lattice(-1).knots[0]))
+    assert gaps.min() >= 0.9 * settings.guards.least_span
+    assert history.iterates[-1].variables == 30

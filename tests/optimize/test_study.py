@@ -7,6 +7,7 @@ import pytest
 import ffdstudio as ffd
 from ffdstudio.errors import InputError
 from ffdstudio.optimize.constraints import Constraint, Lift, MaxThickness
+from ffdstudio.optimize.flow.response import pressure_response
 from ffdstudio.optimize.geometry.sections import target_contour
 from ffdstudio.optimize.metrics.l2 import L2
 from ffdstudio.optimize.objectives.distance import PointDistance
@@ -160,18 +161,49 @@ def test_a_stop_that_comes_before_anything_is_evaluated_leaves_the_start():
     assert len(study.run().iterates) > 2  # the next run goes
 
 
-def test_with_pressures_as_the_cost_adaptivity_beats_regular_and_cosine_columns(flow):
-    def last(kind):
-        return Study(task(flow, columns(20, kind), POINTS)).run()
+def test_with_pressures_as_the_cost_adaptivity_beats_static_columns(flow):
+    """Everybody in the flow's own metric, whose solves count."""
 
-    regular, cosine = last("greville"), last("cosine")
-    settings = Refinement(variables=40, slope=0.8)
-    adaptive = Study(task(flow, columns(5), POINTS), "lbfgs", settings).run()
-    best = min(regular.iterates[-1].cost, cosine.iterates[-1].cost)
-    assert best >= 2 * adaptive.iterates[-1].cost
-    goal = 1.02 * regular.iterates[-1].cost
-    spent = [r.flow + r.adjoint for r in (h.first_below(goal) for h in (regular, adaptive))]
-    assert spent[1] <= 1.3 * spent[0]
+    def last(kind):
+        return Study(task(flow, columns(20, kind), POINTS, "flow")).run()
+
+    static = [last("greville"), last("cosine")]
+    settings = Refinement.for_flows(40)
+    adaptive = Study(task(flow, columns(5), POINTS, "flow"), "lbfgs", settings).run()
+    assert adaptive.iterates[-1].variables <= 40
+    best = min(history.iterates[-1].cost for history in static)
+    assert best >= 8 * adaptive.iterates[-1].cost
+    start = adaptive.iterates[0].cost
+    spent = [
+        record.flow + record.adjoint
+        for history in (*static, adaptive)
+        if (record := history.first_below(1e-4 * start)) is not None
+    ]
+    assert spent[-1] <= 1.1 * min(spent[:-1])
+
+
+def test_the_flow_metric_makes_the_hessian_of_pressures_the_identity(flow):
+    """Near a reachable target a step along the gradient is Newton's."""
+    lattice = columns(10)
+    reachable = FlowTarget.like(bumped(lattice, POINTS, 1e-4), [2.0])
+    for metric, most in (("flow", 12), ("h1", 100)):
+        history = Study(task(reachable, lattice, POINTS, metric)).run()
+        found = history.first_below(1e-8 * history.iterates[0].cost)
+        assert found is not None
+        spent = found.flow + found.adjoint
+        assert spent <= most
+        if metric == "h1":
+            assert spent > 24
+
+
+def test_the_flow_metric_needs_a_flow_or_the_response_of_one():
+    job = task(PointDistance(bumped(columns(8), POINTS)), columns(6), POINTS, "flow")
+    with pytest.raises(InputError, match="metric flow needs"):
+        Study(job).run()
+    job.response = lambda points: pressure_response(points, [0.0])
+    history = Study(job).run()
+    assert history.iterates[0].flow == 3  # those of the response
+    assert history.iterates[-1].cost < 0.1 * history.iterates[0].cost
 
 
 @pytest.mark.parametrize("count", [6, 12, 20])

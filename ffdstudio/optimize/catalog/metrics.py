@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Literal
 
 from ffdstudio.errors import InputError
 from ffdstudio.optimize.metrics.base import Metric
+from ffdstudio.optimize.metrics.flow import Flow
 from ffdstudio.optimize.metrics.h1 import H1
 from ffdstudio.optimize.metrics.l2 import L2
 from ffdstudio.optimize.metrics.plain import Plain
@@ -13,6 +14,7 @@ from ffdstudio.optimize.spec.words import near
 
 METRICS: tuple[Metric, ...] = (
     H1(),
+    Flow(),
     L2(),
     Plain(),
 )

@@ -95,6 +95,21 @@ class Evaluation:
     measures: dict[str, float] = field(default_factory=dict)
 
 
+class Response(NamedTuple):
+    """How what an objective looks at answers to the points, whatever its target is.
+
+    Attributes
+    ----------
+    matrix : numpy.ndarray or scipy.sparse array
+        (m, 3 n) derivative by the coordinates of the points.
+    solves : int
+        What it has cost, in solves of the flow.
+    """
+
+    matrix: Any
+    solves: int
+
+
 Start = Callable[[Request], "Future[Evaluation]"]
 
 
@@ -120,6 +135,10 @@ class Objective(ABC):
         from ffdstudio.optimize.objectives.stream import at_once
 
         yield lambda request: at_once(self, request)
+
+    def response(self, points: Array) -> Response | None:
+        """How the flow answers to the points, for the metric of that name; None if untold."""
+        return None
 
     def pressures(self, points: Array) -> Mapping[str, Mapping[str, tuple[Array, Array]]]:
         """Pressure curves (x, Cp) by their name, of each flow by its name, for plots."""

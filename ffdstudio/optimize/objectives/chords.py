@@ -9,7 +9,7 @@ from dataclasses import replace
 
 from ffdstudio.aliases import Array
 from ffdstudio.optimize.geometry.chord import Chord
-from ffdstudio.optimize.objectives.base import Evaluation, Objective, Request, Start
+from ffdstudio.optimize.objectives.base import Evaluation, Objective, Request, Response, Start
 from ffdstudio.optimize.objectives.stream import then
 
 
@@ -36,6 +36,11 @@ class InChords(Objective):
     def pressures(self, points: Array) -> Mapping[str, Mapping[str, tuple[Array, Array]]]:
         """See `Objective`."""
         return self.inner.pressures(self.chord.local(points))
+
+    def response(self, points: Array) -> Response | None:
+        """See `Objective`."""
+        found = self.inner.response(self.chord.local(points))
+        return None if found is None else found._replace(matrix=found.matrix / self.chord.length)
 
     def _local(self, request: Request) -> Request:
         return request._replace(points=self.chord.local(request.points))

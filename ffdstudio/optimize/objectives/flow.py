@@ -10,7 +10,8 @@ from numpy.typing import ArrayLike
 from ffdstudio.aliases import Array
 from ffdstudio.errors import InputError
 from ffdstudio.optimize.flow.panel import PanelFlow, flow_about
-from ffdstudio.optimize.objectives.base import Abilities, Evaluation, Objective, Request
+from ffdstudio.optimize.flow.response import pressure_response
+from ffdstudio.optimize.objectives.base import Abilities, Evaluation, Objective, Request, Response
 
 
 class FlowTarget(Objective):
@@ -113,6 +114,10 @@ class FlowTarget(Objective):
             )
         result: Array | None = flow.pressure - self.pressure
         return result
+
+    def response(self, points: Array) -> Response:
+        """See `Objective`: root of the mean square of the pressures' changes."""
+        return pressure_response(points, self.angles)
 
     def pressures(self, points: Array) -> Mapping[str, Mapping[str, tuple[Array, Array]]]:
         """See `Objective`: the curve of the shape, and the target if there is one."""

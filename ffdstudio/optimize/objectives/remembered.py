@@ -18,7 +18,7 @@ from ffdstudio.containers import archive, npy, strictjson
 from ffdstudio.containers.strictjson import field
 from ffdstudio.errors import InputError
 from ffdstudio.files import read_bytes, write_bytes
-from ffdstudio.optimize.objectives.base import Evaluation, Objective, Request, Start
+from ffdstudio.optimize.objectives.base import Evaluation, Objective, Request, Response, Start
 from ffdstudio.optimize.objectives.stream import then
 
 
@@ -77,6 +77,10 @@ class Remembered(Objective):
                 return ready
 
             yield begin
+
+    def response(self, points: Array) -> Response | None:
+        """See `Objective`."""
+        return self.objective.response(points)
 
     def pressures(self, points: Array) -> Mapping[str, Mapping[str, tuple[Array, Array]]]:
         """See `Objective`."""

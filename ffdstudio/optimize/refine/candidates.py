@@ -10,15 +10,17 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from itertools import pairwise
+from typing import NamedTuple, Self
 
 import numpy as np
 
 from ffdstudio.aliases import Array
-from ffdstudio.engine.basis import basis
 from ffdstudio.engine.evaluate import support
 from ffdstudio.optimize.variables.level import Level
 from ffdstudio.optimize.variables.rows import free_lines
 from ffdstudio.optimize.variables.space import DesignSpace, Insertion, new_function
+
+POINTS_PER_VARIABLE = 2.0
 
 
 @dataclass(frozen=True)
@@ -31,13 +33,17 @@ class Guards:
         Shortest knot span, as a fraction of the range.
     points_beside : int
         Surface points that a new knot needs on both sides within its span.
+    least_share : float
+        Share of the surface (of its arc length, or of the points of a fit) that a knot needs on
+        both sides within its span: knots pile up at a thin trailing edge otherwise.
     points_per_variable : float
-        Fit points for each variable.
+        Points for each variable; static lattices are held to it as well.
     """
 
     least_span: float = 1e-3
     points_beside: int = 2
-    points_per_variable: float = 4.0
+    least_share: float = 2.5e-3
+    points_per_variable: float = POINTS_PER_VARIABLE
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,9 +69,14 @@ class Candidate:
 
 
 def candidates(
-    level: Level, axes: tuple[int, ...], positions: int, row_wise: bool, guards: Guards
+    level: Level,
+    axes: tuple[int, ...],
+    positions: int,
+    row_wise: bool,
+    guards: Guards,
+    only: tuple[int | None, ...] | None = None,
 ) -> list[Candidate]:
-    """All candidates of the given directions that pass the guards."""
+    """All candidates of the given directions that pass the guards, on request of some lines."""
     space, found = level.space, []
     room = len(level.points) / guards.points_per_variable - space.size
     for axis in axes:
@@ -75,10 +86,12 @@ def candidates(
         lines: list[int | None] = [None]
         if row_wise:
             lines = list(free_lines(space.rest, space.rules, axis))
+        if only is not None:
+            lines = [line for line in lines if line in only]
         for line in lines:
             own = own_knots(space, axis, line)
-            u = level.parameters[:, axis]
-            for knot in positions_in(own, space.rest.knots[axis], u, positions, guards):
+            covered = Covered.of(level, axis)
+            for knot in positions_in(own, space.rest.knots[axis], covered, positions, guards):
                 functions = blocks.of(own, knot, line)
                 if functions.shape[1] <= room:
                     span = int(np.searchsorted(own, knot))
@@ -98,9 +111,11 @@ def blocks_of(level: Level, insertions: list[Insertion]) -> list[Candidate]:
 
 def beside(level: Level, new: Insertion, positions: int, guards: Guards) -> list[Candidate]:
     """Other places in the span of a knot that is not in the level's space."""
-    own, u = own_knots(level.space, new.axis, new.line), level.parameters[:, new.axis]
+    own, covered = own_knots(level.space, new.axis, new.line), Covered.of(level, new.axis)
     k = int(np.searchsorted(own, new.knot))
-    knots = positions_in(own[k - 1 : k + 1], own[:0], u, positions, guards)
+    knots = positions_in(
+        own[k - 1 : k + 1], level.space.rest.knots[new.axis], covered, positions, guards
+    )  # fmt: skip
     return blocks_of(level, [replace(new, knot=knot) for knot in knots]) if knots else []
 
 
@@ -111,17 +126,51 @@ def own_knots(space: DesignSpace, axis: int, line: int | None) -> Array:
     return space.own[line]
 
 
-def positions_in(own: Array, common: Array, u: Array, count: int, guards: Guards) -> list[float]:
-    """`count` places in each knot span, and knots that other lines have there already."""
+class Covered(NamedTuple):
+    """Where points lie along a direction: different parameters, and the surface's share below.
+
+    `share[i]` is the share of the surface below ``u[i]``.
+    """
+
+    u: Array
+    share: Array
+
+    @classmethod
+    def of(cls, level: Level, axis: int) -> Self:
+        """Of the points of a level."""
+        u, mass = level.parameters[:, axis], level.body.surface.mass
+        inside = np.isfinite(u)
+        places, index = np.unique(u[inside], return_inverse=True)
+        each = np.bincount(index, mass[inside])
+        return cls(places, (np.cumsum(each) - each) / each.sum())
+
+    def admits(self, low: float, knot: float, high: float, guards: Guards) -> bool:
+        """Whether enough of the surface lies on both sides of a knot within its span."""
+        ends = np.searchsorted(self.u, [low, knot, high], side="right")
+        inner = np.searchsorted(self.u, [knot, high], side="left")
+        count = min(inner[0] - ends[0], inner[1] - ends[1])
+        below = np.interp([low, knot, high], self.u, self.share)
+        return bool(count >= guards.points_beside and np.diff(below).min() >= guards.least_share)
+
+
+def positions_in(
+    own: Array, common: Array, covered: Covered, count: int, guards: Guards
+) -> list[float]:
+    """`count` places in each knot span, and knots that other lines have there already.
+
+    A place hardly beside a knot that others have is that knot: lines share columns, and two
+    knots that differ by rounding are none.
+    """
     ends, found = np.unique(own), []
-    least = guards.least_span * np.ptp(u[np.isfinite(u)])
-    u = np.unique(u[np.isfinite(u)])
+    least = guards.least_span * np.ptp(covered.u)
     for low, high in pairwise(ends):
         inner = common[(common > low) & (common < high)]
         even = low + (high - low) * np.arange(1, count + 1) / (count + 1)
+        if inner.size:
+            even = even[np.abs(even[:, None] - inner).min(axis=1) >= least]
         for knot in np.unique(np.concatenate([even, inner])):
-            left, right = ((u > low) & (u < knot)).sum(), ((u > knot) & (u < high)).sum()
-            if min(knot - low, high - knot) >= least and min(left, right) >= guards.points_beside:
+            wide = min(knot - low, high - knot) >= least
+            if wide and covered.admits(low, knot, high, guards):
                 found.append(float(knot))
     return found
 
@@ -172,12 +221,36 @@ class _Blocks:
             self.lines[line] = self._fields(line)
         index = new_function(own, self.degree, knot, self.layers)
         finer = np.sort(np.append(own, knot))
-        first, values = basis(finer, self.degree, self.u)
-        offset = index - first
-        along = np.where(
-            (offset >= 0) & (offset <= self.degree) & self.inside,
-            np.take_along_axis(values, np.clip(offset, 0, self.degree)[:, None], axis=1)[:, 0],
-            0.0,
-        )
+        along = one_function(finer[index : index + self.degree + 2], self.u)
+        along[~self.inside] = 0.0
         fields = along[:, None, None] * self.lines[line]
         return fields.reshape(-1, fields.shape[2])
+
+
+def one_function(knots: Array, u: Array) -> Array:
+    """Values of one B-spline by its own knots, zero outside (Cox and de Boor).
+
+    Parameters
+    ----------
+    knots : numpy.ndarray
+        (degree + 2,).
+    u : numpy.ndarray
+        (n,) parameters; the last knot counts as inside.
+
+    Examples
+    --------
+    >>> one_function(np.array([0.0, 1.0, 2.0]), np.array([0.5, 1.0, 1.5, 2.5]))
+    array([0.5, 1. , 0.5, 0. ])
+    """
+    count = len(knots) - 1
+    last = max(j for j in range(count) if knots[j + 1] > knots[j])
+    values = [((u >= knots[j]) & (u < knots[j + 1])).astype(np.float64) for j in range(count)]
+    values[last][u == knots[-1]] = 1.0
+    for degree in range(1, count):
+        for j in range(count - degree):
+            left, right = knots[j + degree] - knots[j], knots[j + degree + 1] - knots[j + 1]
+            rising = (u - knots[j]) / left * values[j] if left else 0.0
+            falling = (knots[j + degree + 1] - u) / right * values[j + 1] if right else 0.0
+            values[j] = np.zeros(len(u)) + rising + falling
+    result: Array = values[0]
+    return result

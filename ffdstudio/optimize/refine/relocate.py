@@ -19,7 +19,7 @@ from ffdstudio.optimize.refine.indicators import GainState
 from ffdstudio.optimize.refine.sensitivity import Sensitivity, Wanted
 from ffdstudio.optimize.variables.level import Level
 from ffdstudio.optimize.variables.rows import row_basis
-from ffdstudio.optimize.variables.space import DesignSpace, Insertion
+from ffdstudio.optimize.variables.space import DesignSpace, Insertion, joined
 
 
 def relocated(
@@ -40,6 +40,8 @@ def relocated(
         The space before any insertion, at rest.
     insertions : list of Insertion
         What made the level's space from it.
+    sweeps, positions : int
+        Rounds over all knots at most, and places tried in the span of each.
     """
     rest = level.body.embedding.points
     wanted = sensitivity.wanted(level.flat(level.at(z) - rest))
@@ -73,11 +75,22 @@ def with_knots(first: DesignSpace, insertions: list[Insertion]) -> DesignSpace:
             space = space.refined(new)[0]
         return space
     rest = first.rest
+    insertions = _joined(rest, insertions)
     for axis in range(rest.dimension):
         columns = [new.knot for new in insertions if new.axis == axis and new.line is None]
         rest = rest.insert_knots(axis, columns)
     rows = [new for new in insertions if new.line is not None]
     return _with_rows(rest, first, rows) if rows else DesignSpace.of(rest, first.rules)
+
+
+def _joined(rest: Lattice, insertions: list[Insertion]) -> list[Insertion]:
+    """Insertions in which knots that differ by rounding are one."""
+    known, found = list(rest.knots), []
+    for new in insertions:
+        new = replace(new, knot=joined(known[new.axis], new.knot))
+        known[new.axis] = np.append(known[new.axis], new.knot)
+        found.append(new)
+    return found
 
 
 def _with_rows(rest: Lattice, first: DesignSpace, rows: list[Insertion]) -> DesignSpace:
@@ -107,11 +120,8 @@ def _best_place(
     coarse = Level(level.body, with_knots(first, others), level.body.embedding.points)
     state = GainState(Wanted(coarse, sensitivity, wanted))
     mine = places[k]
-    found = [
-        c
-        for c in candidates(coarse, (mine.axis,), 3, mine.line is not None, guards)
-        if c.insertion.line == mine.line
-    ] + beside(coarse, mine, positions, guards)
+    found = candidates(coarse, (mine.axis,), 3, mine.line is not None, guards, (mine.line,))
+    found += beside(coarse, mine, positions, guards)
     here = blocks_of(coarse, [mine])[0]
     gains = state.gains([*found, here])
     best = int(np.argmax(gains))

@@ -64,8 +64,8 @@ class Adjoint:
         """Displacement minus the gradient's representative in the metric."""
         from scipy.sparse.linalg import splu
 
-        step = splu((self.factor.T @ self.factor).tocsc()).solve(self.surface)
-        result: Array = self.factor @ (displacement - step)
+        square = (self.factor.T @ self.factor).tocsc()
+        result: Array = self.factor @ (displacement - splu(square).solve(self.surface))
         return result
 
 

@@ -17,6 +17,7 @@ import numpy as np
 
 from ffdstudio.aliases import Array
 from ffdstudio.engine import Lattice
+from ffdstudio.errors import InputError
 from ffdstudio.optimize.budget import BudgetSpent, Counts
 from ffdstudio.optimize.catalog.metrics import metric_named
 from ffdstudio.optimize.control import Stopped
@@ -29,6 +30,7 @@ from ffdstudio.optimize.methods.problem import (
     reference_decrease,
 )
 from ffdstudio.optimize.objectives.failures import EvaluationError
+from ffdstudio.optimize.refine.candidates import Guards
 from ffdstudio.optimize.refine.choice import choose, due, limit, rank
 from ffdstudio.optimize.refine.coarsen import coarsened
 from ffdstudio.optimize.refine.relocate import relocated
@@ -36,6 +38,7 @@ from ffdstudio.optimize.runs.interruptions import Over, asking
 from ffdstudio.optimize.runs.record import History, Log, Record, pack
 from ffdstudio.optimize.runs.solver import LevelProblem
 from ffdstudio.optimize.variables.level import Body, Level
+from ffdstudio.optimize.variables.metrics import Surface
 from ffdstudio.optimize.variables.space import DesignSpace, Insertion
 from ffdstudio.optimize.variables.weights import first_level
 
@@ -68,13 +71,15 @@ class Run:
         self.study, self.history = study, history
         self._log = Log(study.folder, study.resume)
         self._listener, self._began = listener, time.perf_counter()
-        body = Body(self.task.embedding, self.task.surface, metric_named(self.task.metric))
-        self.level = first_level(body, self.task.rules, self.task.current, self.task.knots)
         self._number, self._iteration = 0, 0
         self.counts, self.memory = Counts(), Memory()
+        body = Body(self.task.embedding, self._surface(), metric_named(self.task.metric))
+        self.level = first_level(body, self.task.rules, self.task.current, self.task.knots)
+        self._check_points()
         self._inserted, self._growing = list(self.task.knots), True
         self._reached: Trial | None = None
         self._limit = ""
+        self._moving, self._moves = bool(self.refinement and self.refinement.relocate), 0
         self.best: Trial
 
     def to_the_end(self) -> None:
@@ -90,6 +95,35 @@ class Run:
         best, ending = self.best, self._in_full(ending)
         self._record("end", best.value, y=self._y(best.z), note=str(ending), ending=ending)
         self._log.close()
+
+    def _check_points(self) -> None:
+        """Refuse more variables than the points can tell apart: adaptive or not, all the same."""
+        guards = Guards() if self.refinement is None else self.refinement.guards
+        seen = int((self.task.surface.mass > 0).sum()) * len(self.level.coordinates)
+        if self.level.space.size * guards.points_per_variable > seen:
+            raise InputError(
+                f"{self.level.space.size} variables need {guards.points_per_variable:g} points "
+                f"each, and the surface has {seen // len(self.level.coordinates)}: take fewer "
+                "control points"
+            )
+
+    def _surface(self) -> Surface:
+        """The surface, with the response of the flow at the start where the metric needs it."""
+        task = self.task
+        if not metric_named(task.metric).responds or task.surface.response is not None:
+            return task.surface
+        points = task.embedding.points
+        if task.current is not None:
+            body = Body(task.embedding, task.surface)
+            points = first_level(body, task.rules, task.current, task.knots).points
+        return self._responding(task.surface, points)
+
+    def _responding(self, surface: Surface, points: Array) -> Surface:
+        found = (self.task.response or self.task.objective.response)(points)
+        if found is None:
+            return surface
+        self.counts.flow += found.solves
+        return surface._replace(response=found.matrix)
 
     def _levels_or_over(self) -> Ending:
         try:
@@ -110,12 +144,12 @@ class Run:
                 and self.problem.merit(kept.best) < self.problem.merit(self.best)
             ):
                 self._go_back(kept)
+                self._moving = False
             if not over:
                 continue
-            if kept is None and ending.on_a_level and self._inserted:
+            if self._moving and ending.on_a_level and self._inserted:
                 kept = self._relocate()
-                if kept is not None:
-                    continue
+                continue
             return self._ended(CONVERGED if ending.reason is Reason.DUE else ending)
 
     def _in_full(self, ending: Ending) -> Ending:
@@ -198,19 +232,31 @@ class Run:
                 raise
             return Ending(Reason.FAILED, str(failed))
 
-    def _relocate(self) -> _Kept | None:
+    def _relocate(self) -> _Kept:
         """Move the inserted knots; returns what to go back to if that does not help."""
         settings, kept = self.refinement, self._kept()
-        if settings is None or not settings.relocate:
-            return None
+        assert settings is not None
         first, z = DesignSpace.of(self.task.embedding.lattice, self.task.rules), self.best.z
         with asking():
-            sensitivity = self.problem.sensitivity(self.best)
+            level = self._refreshed(z)
+            sensitivity = self.problem.sensitivity(self.best, level)
             self.level, self._inserted = relocated(
-                first, self._inserted, self.level, sensitivity, z, settings.guards
-            )
+                first, self._inserted, level, sensitivity, z * (level is self.level),
+                settings.guards, settings.sweeps, settings.places,
+            )  # fmt: skip
+        self._moves += 1
+        self._moving = self._moves < settings.relocate
         self._begin_anew("relocated: " + ", ".join(_told(c) for c in self._inserted))
         return kept
+
+    def _refreshed(self, z: Array) -> Level:
+        """The present level around its present shape, in the metric of the flow there."""
+        body = self.level.body
+        if not body.metric.responds:
+            return self.level
+        points = self.level.at(z)
+        fresh = Body(body.embedding, self._responding(body.surface, points), body.metric)
+        return Level(fresh, self.level.space.around(self.level.white.matrix @ z), points)
 
     def _ended(self, ending: Ending) -> Ending:
         last = self.history.iterates[-1]
@@ -247,6 +293,7 @@ class Run:
         self._inserted = [*self._inserted, *chosen]
         if chosen:
             self.level, carried = self.level.refined(chosen, z)
+            carried = self._more(carried)
             self._reached = self.best
             self._carry(carried)
             self._number += 1
@@ -254,6 +301,23 @@ class Run:
             lattice = self.level.space.lattice
             self._record("refinement", self.best.value, note=note, lattice=lattice)
         return chosen
+
+    def _more(self, carried: Array) -> Array:
+        """Further rounds of a cycle by the same gradient; the map of steps into the last level."""
+        settings, surface = self.refinement, self.best.surface
+        assert settings is not None
+        for _ in range(settings.rounds - 1):
+            if surface is None or self.level.space.size >= settings.variables:
+                break
+            with asking():
+                sensitivity = self.problem.sensitivity(self.best, self.level)
+                chosen = choose(self.level, sensitivity, settings, self._worth(self.best.value))
+            if not chosen:
+                break
+            self._inserted = [*self._inserted, *chosen]
+            self.level, further = self.level.refined(chosen, np.zeros(self.level.size))
+            carried = further @ carried
+        return carried
 
     def _carry(self, matrix: Array) -> None:
         """Take the memory into the finer space: steps by insertion, gradients by pulling back."""
@@ -299,6 +363,7 @@ class Run:
     def _refinement_due(self, trial: Trial) -> bool:
         settings = self.refinement
         full = settings is None or self.level.space.size >= settings.variables
+        full = full and not self._moving
         if settings is None or full or not self._growing:
             return False
 

@@ -246,7 +246,7 @@ class LevelProblem:
 
     # ---- what a refinement wants to know ----------------------------------------------------
 
-    def sensitivity(self, trial: Trial) -> Sensitivity:
+    def sensitivity(self, trial: Trial, level: Level | None = None) -> Sensitivity:
         """Derivatives along surface functions: of the cost, or the Lagrangian if constrained."""
         if trial.gradient is None:
             trial = self.gradient(trial.z)
@@ -255,7 +255,7 @@ class LevelProblem:
         slopes = self.level.body.metric.slopes
         if trial.by_points is not None and (self._least_squares or not slopes):
             return Residuals(self.level, parts(trial)[0], trial.by_points)
-        return Adjoint(self.level, trial.surface - self._multiplied(trial))
+        return Adjoint(level or self.level, trial.surface - self._multiplied(trial))
 
     def _along(self, here: Trial, functions: Array) -> Array:
         """Finite differences of the cost along functions on the surface."""

@@ -11,6 +11,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from ffdstudio.aliases import Array
 from ffdstudio.engine import Lattice
 from ffdstudio.engine.embedding import Embedding
 from ffdstudio.errors import InputError
@@ -19,7 +20,7 @@ from ffdstudio.optimize.catalog.methods import method_kind
 from ffdstudio.optimize.constraints import Constraint
 from ffdstudio.optimize.control import Control
 from ffdstudio.optimize.methods.base import MethodSpec
-from ffdstudio.optimize.objectives.base import Objective
+from ffdstudio.optimize.objectives.base import Objective, Response
 from ffdstudio.optimize.refine.choice import Refinement
 from ffdstudio.optimize.runs.record import History
 from ffdstudio.optimize.runs.run import Listener, Run
@@ -46,12 +47,14 @@ class Task:
         Where the lattice is when the study begins; at rest by default.
     knots : sequence of Insertion
         Knots to insert before the study begins; a relocation may move them.
-    metric : {"h1", "l2", "none"}
+    metric : {"h1", "flow", "l2", "none"}
     constraints : sequence of Constraint
     penalty : float
         Factor of half the squared violation, for methods that know no constraints.
     monitor : callable, optional
         Figures for the record from the current lattice.
+    response : callable, optional
+        What gives the metric "flow" the response at the start, where the objective cannot.
     """
 
     objective: Objective
@@ -64,6 +67,7 @@ class Task:
     constraints: Sequence[Constraint] = ()
     penalty: float = 1e3
     monitor: Monitor | None = None
+    response: Callable[[Array], Response | None] | None = None
 
 
 class Study:

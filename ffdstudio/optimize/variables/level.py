@@ -43,6 +43,14 @@ class Body:
     embedding: Embedding
     surface: Surface
     metric: Metric = field(default_factory=H1)
+    _known: dict[tuple[int, ...], Any] = field(default_factory=dict, repr=False, compare=False)
+
+    def measure(self, coordinates: NDArray[np.intp]) -> Any:
+        """Factor of the metric for displacements along some coordinates, made once."""
+        key = tuple(coordinates.tolist())
+        if key not in self._known:
+            self._known[key] = self.metric.measure(self.surface, coordinates)
+        return self._known[key]
 
 
 class Level:
@@ -52,7 +60,7 @@ class Level:
         self.body, self.space, self.points = body, space, points
         self.coordinates = self.moving()
         self.fields = self.tangent(np.zeros(space.size))
-        self.factor = _kron(body.metric.factor(body.surface), len(self.coordinates))
+        self.factor = body.measure(self.coordinates)
         self.white = Whitening.of(self.factor @ self.fields, plain=body.metric.plain)
         self.shapes = self.fields @ self.white.matrix
 
@@ -118,7 +126,7 @@ class Level:
         than folds, and a tenth of the mean squared one of the control points, for some of them
         hardly move the surface.
         """
-        metric = _kron(H1().factor(self.body.surface), len(self.coordinates))
+        metric = H1().measure(self.body.surface, self.coordinates)
         own = np.sqrt(CONTROL_SHARE / len(self.white.matrix)) * self.white.matrix
         return np.vstack([np.linalg.qr(metric @ self.shapes, mode="r"), own])
 
@@ -153,9 +161,3 @@ class Level:
         """Columns of an (m, 3 n) sparse matrix that belong to coordinates that move."""
         which = (3 * np.arange(len(self.points))[:, None] + self.coordinates).ravel()
         return sensitivity.tocsc()[:, which].tocsr()
-
-
-def _kron(matrix: Any, coordinates: int) -> Any:
-    from scipy.sparse import identity, kron
-
-    return matrix if coordinates == 1 else kron(matrix, identity(coordinates)).tocsr()

@@ -31,10 +31,13 @@ class Surface(NamedTuple):
     slopes : scipy.sparse.csr_array
         (m, n) with ``|slopes @ f|^2`` the integral of the squared surface gradient of f,
         times the extent squared over the total length or area.
+    response : numpy.ndarray or scipy.sparse array, optional
+        (k, 3 n) derivative of what a flow does by the coordinates, see `Response`.
     """
 
     mass: Array
     slopes: Any
+    response: Any = None
 
     @classmethod
     def curve(cls, points: ArrayLike) -> Surface:

@@ -25,6 +25,8 @@ from ffdstudio.errors import InputError
 from ffdstudio.optimize.variables.rows import row_basis, row_carry
 from ffdstudio.optimize.variables.rules import Rules
 
+SAME = 1e-9  # of the range: knots as near to each other are one
+
 
 @dataclass(frozen=True)
 class Insertion:
@@ -115,6 +117,7 @@ class DesignSpace:
         InputError
             If the rules allow no refinement in that direction.
         """
+        new = replace(new, knot=joined(self.rest.knots[new.axis], new.knot))
         if not self.rules.refinable(new.axis):
             raise InputError(f"direction {'ijk'[new.axis]} is mirrored or linked, not to refine")
         return self._with_column(new) if new.line is None else self._with_row(new, new.line)
@@ -176,6 +179,18 @@ class DesignSpace:
         added = self.rules.basis(movable & slab)
         carry = vstack([identity(self.size), csr_array((added.shape[1], self.size))])
         return hstack([old, added]).tocsc(), csr_array(carry), False
+
+
+def joined(knots: Array, knot: float) -> float:
+    """The knot that is there already if a new one differs from it by rounding.
+
+    Examples
+    --------
+    >>> joined(np.array([0.0, 0.84, 1.0]), 0.8400000000000001)
+    0.84
+    """
+    nearest = float(knots[np.argmin(np.abs(knots - knot))])
+    return nearest if abs(nearest - knot) <= SAME * np.ptp(knots) else float(knot)
 
 
 def new_function(knots: Array, degree: int, knot: float, layers: int) -> int:

@@ -1,0 +1,1 @@
+"""Adaptive lattices against static ones, by a protocol that is fixed beforehand."""
