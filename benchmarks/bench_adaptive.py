@@ -22,7 +22,7 @@ from ffdstudio.optimize.cases.case import read_case  # noqa: E402
 from ffdstudio.optimize.geometry.sections import target_contour  # noqa: E402
 from ffdstudio.optimize.methods.descent import Lbfgs  # noqa: E402
 from ffdstudio.optimize.objectives.flow import FlowTarget  # noqa: E402
-from ffdstudio.optimize.runs.record import History  # noqa: E402
+from ffdstudio.optimize.runs.record import RunHistory  # noqa: E402
 from ffdstudio.optimize.runs.study import Budget, Refinement, Study  # noqa: E402
 from tests.optimize.cases import columns, section, task  # noqa: E402
 
@@ -182,7 +182,7 @@ def constrained() -> None:
     show("  largest violation", violation, 1e-8)
 
 
-def solves(history: History, cost: float) -> float:
+def solves(history: RunHistory, cost: float) -> float:
     record = history.first_below(cost)
     return float("inf") if record is None else record.flow + record.adjoint
 

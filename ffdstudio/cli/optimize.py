@@ -24,7 +24,7 @@ from ffdstudio.optimize.consent import Consent
 from ffdstudio.optimize.objectives.base import Objective
 from ffdstudio.optimize.objectives.chords import InChords
 from ffdstudio.optimize.objectives.remembered import Remembered
-from ffdstudio.optimize.runs.record import History, Record
+from ffdstudio.optimize.runs.record import Record, RunHistory
 
 PACKAGE = Path(__file__).parents[1]
 PLACES = [place / "resources" / "cases" for place in (PACKAGE, PACKAGE.parent)]  # wheel, checkout
@@ -86,7 +86,7 @@ def _text(result: dict[str, Any], folder: str | None) -> str:
     return "\n".join(lines)
 
 
-def _ran(case: Case, path: str) -> History:
+def _ran(case: Case, path: str) -> RunHistory:
     """Run a study; what goes wrong at its start is told with the case's name."""
     try:
         return case.study.run(_tell)
@@ -103,7 +103,7 @@ def _tell(record: Record) -> None:
         note(f"ended: {record.note}")
 
 
-def figures(history: History) -> dict[str, Any]:
+def figures(history: RunHistory) -> dict[str, Any]:
     """What is printed."""
     rows = [_row(record) for record in history.iterates]
     last = history.iterates[-1]
@@ -141,7 +141,7 @@ def outputs(case: Case, name: str) -> list[str]:
     return fixed if case.mesh is None else [*fixed, _mesh_name(case.mesh)]
 
 
-def write(case: Case, history: History, folder: Path, name: str) -> list[str]:
+def write(case: Case, history: RunHistory, folder: Path, name: str) -> list[str]:
     """Write lattice, project, CSV, plots and contour; returns the names of the files."""
     current = history.lattice(-1)
     rest = rest_of(case.rest, current)

@@ -12,7 +12,7 @@ from ffdstudio.exchange import write_lattice
 from ffdstudio.files import write_bytes
 from ffdstudio.meshes import Mesh
 from ffdstudio.optimize import plots
-from ffdstudio.optimize.runs.record import History
+from ffdstudio.optimize.runs.record import RunHistory
 from ffdstudio.project import Project
 
 
@@ -21,7 +21,7 @@ def write_common(
     name: str,
     rest: Lattice,
     current: Lattice,
-    history: History,
+    history: RunHistory,
     figures: list[str],
     mesh: Mesh | None = None,
 ) -> list[str]:

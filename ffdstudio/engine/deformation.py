@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from ffdstudio import threads
 from ffdstudio.aliases import Array
 from ffdstudio.engine.lattice import Lattice
-from ffdstudio.engine.polynomials import CHANGED, Cells, Motion, Table, padded
+from ffdstudio.engine.polynomials import CHANGED, CoefficientTable, Motion, PolynomialCells, padded
 from ffdstudio.engine.spans import SpanOrder
 from ffdstudio.errors import InputError
 
@@ -52,7 +52,7 @@ class Deformer:
         self.points = points.view()
         self.points.flags.writeable = False  # one type of array, one compilation
         self.order = SpanOrder(lattice, parameters, inside)
-        self.cells = Cells.of(lattice, self.order.places)
+        self.cells = PolynomialCells.of(lattice, self.order.places)
 
     def parameters(self) -> Array:
         """(n, d) parametric coordinates, NaN outside."""
@@ -85,7 +85,7 @@ class Deformer:
             np.copyto(out, self.points)
 
         def displace_group(group: NDArray[np.intp]) -> None:
-            table = Table.of(self.cells.part(group), motion)
+            table = CoefficientTable.of(self.cells.part(group), motion)
             pieces, slots = self.order.pieces(group, fused), self.order.slots(group)
             slabs = table.coefficients.reshape(*table.coefficients.shape[:2], degrees[0] + 1, -1)
 

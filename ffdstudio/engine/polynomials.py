@@ -74,7 +74,7 @@ class Places(NamedTuple):
         return cls(index, matrix, np.stack([low, high], axis=1))
 
 
-class Cells(NamedTuple):
+class PolynomialCells(NamedTuple):
     """The cells that hold points, each with its control points and functions.
 
     Cells run along the last axis, so that NumPy's loops are long.
@@ -86,7 +86,7 @@ class Cells(NamedTuple):
     matrices: list[Array]  # d times (p + 1, p + 1, cells)
 
     @classmethod
-    def of(cls, lattice: Lattice, places: NDArray[np.intp]) -> Cells:
+    def of(cls, lattice: Lattice, places: NDArray[np.intp]) -> PolynomialCells:
         """Cells at (cells, d) places."""
         control = np.zeros((1, len(places)), dtype=np.intp)
         alive = np.ones((1, len(places)), dtype=bool)
@@ -101,9 +101,9 @@ class Cells(NamedTuple):
             ends.append(line.ends[places[:, k]].T)
         return cls(np.array(ends), control, alive, matrices)
 
-    def part(self, numbers: NDArray[np.intp]) -> Cells:
+    def part(self, numbers: NDArray[np.intp]) -> PolynomialCells:
         """Pick some of the cells."""
-        return Cells(
+        return PolynomialCells(
             self.ends[..., numbers],
             self.control[:, numbers],
             self.alive[:, numbers],
@@ -136,7 +136,7 @@ class Cells(NamedTuple):
         return table.reshape(len(table), -1, table.shape[-1])
 
 
-class Table(NamedTuple):
+class CoefficientTable(NamedTuple):
     """Polynomials of a motion for some cells, as the kernels read them."""
 
     ends: Array  # (cells, d, 2) parameters at the ends of each cell
@@ -145,7 +145,7 @@ class Table(NamedTuple):
     coefficients: Array  # (cells, fields, p + 1, q + 1, r + 1): dN, W, N, dW
 
     @classmethod
-    def of(cls, cells: Cells, motion: Motion) -> Table:
+    def of(cls, cells: PolynomialCells, motion: Motion) -> CoefficientTable:
         """Table of all the cells."""
         kinds = _kinds(cells, motion)
         values = _control_values(cells, motion, kinds)
@@ -157,7 +157,7 @@ class Table(NamedTuple):
         return cls(ends, kinds, mask, cells.polynomials(values))
 
 
-def _kinds(cells: Cells, motion: Motion) -> NDArray[np.int64]:
+def _kinds(cells: PolynomialCells, motion: Motion) -> NDArray[np.int64]:
     old = motion.weights[cells.control]
     new = old + motion.d_weights[cells.control]
     changed = ((old != new) & cells.alive).any(axis=0)
@@ -172,7 +172,7 @@ def _alike(values: Array, alive: NDArray[np.bool_]) -> NDArray[np.bool_]:
     return result
 
 
-def _control_values(cells: Cells, motion: Motion, kinds: NDArray[np.int64]) -> Array:
+def _control_values(cells: PolynomialCells, motion: Motion, kinds: NDArray[np.int64]) -> Array:
     """(fields, terms, cells) what the polynomials interpolate: dN, W, N, dW."""
     move = motion.d_points.T[:, cells.control]
     fields = int(kinds.max(initial=PLAIN))

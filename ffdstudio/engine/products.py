@@ -14,7 +14,7 @@ from ffdstudio.aliases import Array
 from ffdstudio.engine.deformation import Deformer, check_space
 from ffdstudio.engine.knots import numbers
 from ffdstudio.engine.lattice import Lattice
-from ffdstudio.engine.polynomials import Cells, Motion
+from ffdstudio.engine.polynomials import Motion, PolynomialCells
 from ffdstudio.errors import InputError
 
 
@@ -88,7 +88,7 @@ def _pullback(
 def _moments(
     deformer: Deformer,
     group: NDArray[np.intp],
-    cells: Cells,
+    cells: PolynomialCells,
     weights: Array,
     local: Array,
     sensitivities: Array,
@@ -122,7 +122,7 @@ def _moments(
     return np.moveaxis(total, -1, 1).reshape(len(group), 4, *shape[: len(cells.matrices)])
 
 
-def _by_control_point(cells: Cells, values: Array, count: int) -> Array:
+def _by_control_point(cells: PolynomialCells, values: Array, count: int) -> Array:
     sums = np.bincount(cells.control.ravel(), values.ravel(), count)
     return np.asarray(sums, dtype=np.float64)
 

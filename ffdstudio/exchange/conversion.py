@@ -32,7 +32,7 @@ def _any_degree(count: int, degree: int) -> int:
 
 
 @dataclass(frozen=True)
-class Rules:
+class ConversionRules:
     """What a format can express; `degree` gives the degree it uses for a count and a degree."""
 
     title: str
@@ -43,7 +43,9 @@ class Rules:
     one_net: bool = True
 
 
-def adapted(content: LatticeFile, rules: Rules, adapt: str) -> tuple[LatticeFile, Exactness]:
+def adapted(
+    content: LatticeFile, rules: ConversionRules, adapt: str
+) -> tuple[LatticeFile, Exactness]:
     """Content that the format can express, and how exact that is.
 
     Raises
@@ -69,7 +71,7 @@ def adapted(content: LatticeFile, rules: Rules, adapt: str) -> tuple[LatticeFile
     return LatticeFile(rest, current), _exactness(content, rules, changes, error)
 
 
-def obstacles(content: LatticeFile, rules: Rules) -> list[str]:
+def obstacles(content: LatticeFile, rules: ConversionRules) -> list[str]:
     """List what keeps a format from expressing the lattice; empty if nothing does."""
     lattice, found = content.rest, _frame_faults(content.rest, rules)
     weighted = any((net.weights != 1).any() for net in (content.rest, content.current))
@@ -88,7 +90,7 @@ def obstacles(content: LatticeFile, rules: Rules) -> list[str]:
     return found
 
 
-def _frame_faults(lattice: Lattice, rules: Rules) -> list[str]:
+def _frame_faults(lattice: Lattice, rules: ConversionRules) -> list[str]:
     """Obstacles that another space of functions would not remove."""
     d, found = lattice.dimension, []
     if d not in rules.dimensions:
@@ -120,7 +122,7 @@ def slab(lattice: Lattice) -> Lattice:
 
 
 def _without_change(
-    rest: Lattice, current: Lattice, rules: Rules
+    rest: Lattice, current: Lattice, rules: ConversionRules
 ) -> tuple[Lattice, Lattice, list[str]]:
     changes = [
         f"direction {'ijk'[k]} got ends at its seam" for k, on in enumerate(rest.periodic) if on
@@ -154,7 +156,7 @@ def _missing_knots(lattice: Lattice, axis: int) -> Array | None:
     return None
 
 
-def _resampled(lattice: Lattice, rules: Rules) -> Lattice:
+def _resampled(lattice: Lattice, rules: ConversionRules) -> Lattice:
     """Interpolate at the Greville points of the format's space with as many control points."""
     lattice = lattice.clamped()
     degrees = [rules.degree(n, p) for n, p in zip(lattice.shape, lattice.degrees, strict=True)]
@@ -188,7 +190,7 @@ def _difference(old: Lattice, new: Lattice) -> float:
     return float(np.linalg.norm(old.evaluate(u) - new.evaluate(u), axis=1).max())
 
 
-def _remedy(content: LatticeFile, rules: Rules) -> str:
+def _remedy(content: LatticeFile, rules: ConversionRules) -> str:
     """What would help, found by trying it: neither way of adapting cures everything."""
     rest, current, _ = _without_change(content.rest, content.current, rules)
     ways = []
@@ -201,7 +203,7 @@ def _remedy(content: LatticeFile, rules: Rules) -> str:
 
 
 def _exactness(
-    content: LatticeFile, rules: Rules, changes: list[str], error: float | None
+    content: LatticeFile, rules: ConversionRules, changes: list[str], error: float | None
 ) -> Exactness:
     if error is not None:
         reason = f"resampled, the shape differs by up to {error:.3g}"

@@ -11,12 +11,12 @@ import numpy as np
 from ffdstudio.containers.strictjson import field, loads, objects, table
 from ffdstudio.engine import Lattice
 from ffdstudio.errors import InputError
-from ffdstudio.exchange.conversion import Rules, adapted
+from ffdstudio.exchange.conversion import ConversionRules, adapted
 from ffdstudio.exchange.latticefile import Exactness, LatticeFile
 from ffdstudio.exchange.text import chosen, naming
 from ffdstudio.files import write_bytes
 
-RULES = Rules("geomdl JSON")
+RULES = ConversionRules("geomdl JSON")
 
 
 def recognises(data: bytes) -> bool:

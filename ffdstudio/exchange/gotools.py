@@ -14,14 +14,14 @@ import numpy as np
 from ffdstudio.aliases import Array
 from ffdstudio.engine import Lattice
 from ffdstudio.errors import InputError
-from ffdstudio.exchange.conversion import Rules, adapted
+from ffdstudio.exchange.conversion import ConversionRules, adapted
 from ffdstudio.exchange.latticefile import Exactness, LatticeFile
 from ffdstudio.exchange.nets import from_rows, own_axes, to_rows
 from ffdstudio.exchange.text import chosen, integer, naming, tokens, vector
 from ffdstudio.files import write_bytes
 from ffdstudio.limits import check_control_points
 
-RULES = Rules("GoTools .g2", dimensions=(1, 2, 3))
+RULES = ConversionRules("GoTools .g2", dimensions=(1, 2, 3))
 DIRECTIONS = {b"100": 1, b"200": 2, b"700": 3}
 
 

@@ -13,7 +13,7 @@ import numpy as np
 from ffdstudio.engine import Lattice
 from ffdstudio.engine.knots import clamped_uniform
 from ffdstudio.errors import InputError
-from ffdstudio.exchange.conversion import Rules, adapted
+from ffdstudio.exchange.conversion import ConversionRules, adapted
 from ffdstudio.exchange.latticefile import Exactness, LatticeFile
 from ffdstudio.exchange.text import chosen, integer, naming, tokens, vector
 from ffdstudio.files import write_bytes
@@ -23,7 +23,7 @@ def _degree(count: int, degree: int) -> int:
     return min(3, count - 1)
 
 
-RULES = Rules("PLOT3D", uniform=True, weights=False, degree=_degree)
+RULES = ConversionRules("PLOT3D", uniform=True, weights=False, degree=_degree)
 
 
 def recognises(data: bytes) -> bool:

@@ -17,7 +17,7 @@ from ffdstudio.aliases import Array
 from ffdstudio.engine import Lattice
 from ffdstudio.engine.knots import clamped_uniform
 from ffdstudio.errors import InputError
-from ffdstudio.exchange.conversion import Rules, adapted
+from ffdstudio.exchange.conversion import ConversionRules, adapted
 from ffdstudio.exchange.latticefile import Exactness, LatticeFile
 from ffdstudio.exchange.text import chosen, integer, naming, vector
 from ffdstudio.files import write_bytes
@@ -28,7 +28,7 @@ def _degree(count: int, degree: int) -> int:
     return count - 1
 
 
-RULES = Rules("PyGeM .prm", uniform=True, weights=False, degree=_degree, one_net=False)
+RULES = ConversionRules("PyGeM .prm", uniform=True, weights=False, degree=_degree, one_net=False)
 
 
 def recognises(data: bytes) -> bool:

@@ -21,7 +21,7 @@ from ffdstudio.paths import as_path
 
 
 @dataclass(frozen=True)
-class Format:
+class LatticeFormat:
     """A row of the table; the first suffix that fits decides what is written."""
 
     module: str
@@ -35,14 +35,14 @@ class Format:
 
 
 FORMATS = (
-    Format("native", "FFD Studio lattice", (".lattice.json",)),
-    Format("geomdl", "geomdl JSON", (".geomdl.json",)),
-    Format("splinepy", "splinepy JSON", (".splinepy.json",)),
-    Format("plot3d", "PLOT3D (pyGeo)", (".xyz", ".fmt")),
-    Format("su2", "SU2 mesh with FFD boxes", (".su2",), ("tag", "markers")),
-    Format("su2config", "SU2 configuration (FFD_DEFINITION)", (".cfg",), ("tag",)),
-    Format("gotools", "GoTools volume", (".g2",)),
-    Format("pygem", "PyGeM parameters", (".prm",)),
+    LatticeFormat("native", "FFD Studio lattice", (".lattice.json",)),
+    LatticeFormat("geomdl", "geomdl JSON", (".geomdl.json",)),
+    LatticeFormat("splinepy", "splinepy JSON", (".splinepy.json",)),
+    LatticeFormat("plot3d", "PLOT3D (pyGeo)", (".xyz", ".fmt")),
+    LatticeFormat("su2", "SU2 mesh with FFD boxes", (".su2",), ("tag", "markers")),
+    LatticeFormat("su2config", "SU2 configuration (FFD_DEFINITION)", (".cfg",), ("tag",)),
+    LatticeFormat("gotools", "GoTools volume", (".g2",)),
+    LatticeFormat("pygem", "PyGeM parameters", (".prm",)),
 )
 
 
@@ -185,12 +185,12 @@ def is_lattice_file(path: str | os.PathLike[str]) -> bool:
     return name.endswith(".json") or bool(fitting and fitting[0].module != "su2")
 
 
-def _by_suffix(path: Path) -> list[Format]:
+def _by_suffix(path: Path) -> list[LatticeFormat]:
     name = path.name.lower()
     return [row for row in FORMATS if name.endswith(row.suffixes)]
 
 
-def _recognised(path: Path, data: bytes) -> Format:
+def _recognised(path: Path, data: bytes) -> LatticeFormat:
     """By suffix; a bare ``.json`` or an unknown suffix is told by content."""
     fitting = _by_suffix(path)
     if fitting:
@@ -201,7 +201,7 @@ def _recognised(path: Path, data: bytes) -> Format:
     raise InputError(f"{path}: neither suffix nor content tells a lattice format ({_known()})")
 
 
-def _named(path: Path) -> Format:
+def _named(path: Path) -> LatticeFormat:
     fitting = _by_suffix(path)
     if not fitting and path.name.lower().endswith(".json"):
         fitting = [FORMATS[0]]

@@ -12,13 +12,13 @@ from ffdstudio.containers.strictjson import field, loads, objects, table
 from ffdstudio.engine import Lattice
 from ffdstudio.engine.knots import clamped_uniform
 from ffdstudio.errors import InputError
-from ffdstudio.exchange.conversion import Rules, adapted
+from ffdstudio.exchange.conversion import ConversionRules, adapted
 from ffdstudio.exchange.latticefile import Exactness, LatticeFile
 from ffdstudio.exchange.nets import from_rows, own_axes, to_rows
 from ffdstudio.exchange.text import chosen, naming
 from ffdstudio.files import write_bytes
 
-RULES = Rules("splinepy JSON", dimensions=(1, 2, 3))
+RULES = ConversionRules("splinepy JSON", dimensions=(1, 2, 3))
 
 
 def recognises(data: bytes) -> bool:

@@ -19,14 +19,14 @@ from ffdstudio.engine import Lattice, embed
 from ffdstudio.engine.knots import clamped_uniform
 from ffdstudio.errors import InputError
 from ffdstudio.exchange import su2text
-from ffdstudio.exchange.conversion import Rules, adapted
+from ffdstudio.exchange.conversion import ConversionRules, adapted
 from ffdstudio.exchange.latticefile import Exactness, LatticeFile
 from ffdstudio.exchange.su2text import Box
 from ffdstudio.exchange.text import chosen, naming
 from ffdstudio.files import read_bytes, sources_kept, write_bytes
 from ffdstudio.meshes import Mesh, read_mesh
 
-RULES = Rules("SU2", dimensions=(2, 3), uniform=True, weights=False)
+RULES = ConversionRules("SU2", dimensions=(2, 3), uniform=True, weights=False)
 DEFAULT_TAG = "MAIN_BOX"
 # corners of a net in VTK's order of a hexahedron
 _CORNERS = ((0, 0, 0), (-1, 0, 0), (-1, -1, 0), (0, -1, 0))

@@ -15,14 +15,14 @@ from ffdstudio.aliases import Array
 from ffdstudio.engine import Lattice
 from ffdstudio.errors import InputError
 from ffdstudio.exchange import su2
-from ffdstudio.exchange.conversion import Rules, adapted
+from ffdstudio.exchange.conversion import ConversionRules, adapted
 from ffdstudio.exchange.latticefile import Exactness, LatticeFile
 from ffdstudio.exchange.su2text import Box
 from ffdstudio.exchange.text import chosen, integer, naming, vector
 from ffdstudio.files import write_bytes
 from ffdstudio.limits import check_control_points
 
-RULES = Rules("an SU2 configuration", dimensions=(2, 3), uniform=True, weights=False)
+RULES = ConversionRules("an SU2 configuration", dimensions=(2, 3), uniform=True, weights=False)
 
 
 def recognises(data: bytes) -> bool:

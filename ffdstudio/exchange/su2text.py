@@ -43,7 +43,7 @@ class Box:
 
 
 @dataclass
-class Section:
+class BoxSection:
     """All boxes and the place they take: ``data[start:end]``."""
 
     boxes: list[Box]
@@ -53,14 +53,14 @@ class Section:
     dimension: int
 
 
-def parse(data: bytes, name: str, dimension: int | None = None) -> Section:
+def parse(data: bytes, name: str, dimension: int | None = None) -> BoxSection:
     """Parse the first FFD section; without one `boxes` is empty and its place the end of the file.
 
     The dimension of the mesh is read from the file unless it is given.
     """
     dimension = dimension or _dimension(data, name)
     found = _sections(data, name, dimension, 1)
-    return found[0] if found else Section([], len(data), len(data), 1, dimension)
+    return found[0] if found else BoxSection([], len(data), len(data), 1, dimension)
 
 
 def all_boxes(data: bytes, name: str) -> list[Box]:
@@ -74,7 +74,7 @@ def has_zones(data: bytes) -> bool:
     return len(re.findall(rb"^[ \t]*NDIME[ \t]*=", data, re.MULTILINE)) > 1
 
 
-def _sections(data: bytes, name: str, dimension: int, most: int | None = None) -> list[Section]:
+def _sections(data: bytes, name: str, dimension: int, most: int | None = None) -> list[BoxSection]:
     begins = re.finditer(rb"^[ \t]*FFD_NBOX[ \t]*=", data, re.MULTILINE)
     found = []
     for begin in itertools.islice(begins, most):
@@ -87,7 +87,7 @@ def _sections(data: bytes, name: str, dimension: int, most: int | None = None) -
         tags = [box.tag for box in boxes]
         if len(set(tags)) < len(tags):
             raise InputError(f"{name}: two FFD boxes have the same tag")
-        found.append(Section(boxes, begin.start(), reader.position, levels, dimension))
+        found.append(BoxSection(boxes, begin.start(), reader.position, levels, dimension))
     return found
 
 
@@ -104,7 +104,7 @@ def each_box(data: bytes, name: str) -> Iterator[tuple[str, Box | InputError]]:
             yield tag, error
 
 
-def compose(section: Section) -> bytes:
+def compose(section: BoxSection) -> bytes:
     """Return the text of the section."""
     if not section.boxes:
         return b""
@@ -113,7 +113,7 @@ def compose(section: Section) -> bytes:
     return head + b"".join(box.raw or box_text(box) for box in section.boxes)
 
 
-def replaced(data: bytes, section: Section) -> bytes:
+def replaced(data: bytes, section: BoxSection) -> bytes:
     """Return the file with its section in the place of the old one."""
     before = data[: section.start]
     if before and not before.endswith(b"\n"):

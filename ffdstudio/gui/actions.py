@@ -9,7 +9,7 @@ from PySide6.QtCore import QSize
 from PySide6.QtGui import QAction, QActionGroup, QKeySequence
 from PySide6.QtWidgets import QMainWindow, QMenu, QToolBar
 
-from ffdstudio.gui.action_table import MENUS, ROWS, Row
+from ffdstudio.gui.action_table import MENUS, ROWS, ActionRow
 from ffdstudio.gui.resources import icon
 from ffdstudio.gui.theme import Theme
 from ffdstudio.project.view.volume import countable
@@ -59,7 +59,7 @@ class Actions:
             self._add(window, row, run)
         window.addToolBar(self.toolbar)
 
-    def _add(self, window: QMainWindow, row: Row, run: Callable[[str, bool], None]) -> None:
+    def _add(self, window: QMainWindow, row: ActionRow, run: Callable[[str, bool], None]) -> None:
         action = QAction(row.text, window)
         action.setObjectName(row.name)
         action.setCheckable(row.check)
@@ -73,7 +73,7 @@ class Actions:
         self._place(row, action)
         self.by_name[row.name] = action
 
-    def _place(self, row: Row, action: QAction) -> None:
+    def _place(self, row: ActionRow, action: QAction) -> None:
         menu = self.menus[row.menu]
         if row.submenu:
             if row.submenu not in self._submenus:

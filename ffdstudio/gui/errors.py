@@ -26,7 +26,7 @@ LOG = logging.getLogger("ffdstudio")
 
 
 @dataclass(frozen=True)
-class Problem:
+class ErrorReport:
     """Something to tell: what happened, why, and what the user can do now.
 
     `ways` are buttons: what each says, and what it does once the dialog is closed.
@@ -47,20 +47,20 @@ def log_path() -> Path:
     return Path(platformdirs.user_log_dir("ffdstudio", appauthor=False)) / "ffdstudio.log"
 
 
-def problem_of(error: BaseException, doing: str = "") -> Problem:
+def problem_of(error: BaseException, doing: str = "") -> ErrorReport:
     """Say in words what an exception means; `doing` is what was under way, such as "Open"."""
     report = "".join(traceback.format_exception(error))
     error = cause_of(error)
     if isinstance(error, InputError):
         title = f"{doing} did not work" if doing else "This does not work"
-        return Problem(title, sentence(str(error)), "Nothing was changed.")
+        return ErrorReport(title, sentence(str(error)), "Nothing was changed.")
     if isinstance(error, MemoryError):
-        return Problem(
+        return ErrorReport(
             "Not enough memory",
             "The computer has too little free memory for this step.",
             "Close other programs or hide parts of the mesh, then try again.",
         )
-    return Problem(
+    return ErrorReport(
         "Something unexpected happened",
         f"{type(error).__name__}: {error}" if str(error) else type(error).__name__,
         "The window stays open and your work is still there: save it under a new name. "
@@ -94,12 +94,12 @@ def log_to_file() -> None:
     LOG.addHandler(handler)
 
 
-class Net(QObject):
+class ErrorNet(QObject):
     """Catches what nobody caught, in any thread, and shows it from the GUI thread."""
 
     _caught = Signal(object)
 
-    def __init__(self, show: Callable[[Problem], None], parent: QObject | None = None) -> None:
+    def __init__(self, show: Callable[[ErrorReport], None], parent: QObject | None = None) -> None:
         super().__init__(parent)
         self._show = show
         self._showing = False

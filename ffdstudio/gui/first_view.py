@@ -9,12 +9,12 @@ from ffdstudio.meshes import Mesh
 from ffdstudio.meshes.quasi2d import is_plane, plane_axes
 from ffdstudio.meshes.walls import wall_markers
 from ffdstudio.project.document import Document
-from ffdstudio.project.view.surface import Surface
+from ffdstudio.project.view.surface import DisplaySurface
 
 ROOM = {2: 0.6, 3: 0.1}  # of a wall's extent, around it in the first picture, by dimension
 
 
-def first_bounds(surface: Surface, points: Array, mesh: Mesh) -> Array:
+def first_bounds(surface: DisplaySurface, points: Array, mesh: Mesh) -> Array:
     """(2, 3) box to show at first: around the walls with some room, or everything."""
     names = wall_markers(mesh)
     if not names:

@@ -21,7 +21,7 @@ WIDTH = 2  # pixels
 FOLLOWED = (QEvent.Type.Move, QEvent.Type.Resize, QEvent.Type.Show, QEvent.Type.Hide)
 
 
-class Ring(QWidget):
+class FocusFrame(QWidget):
     """Four strips in the colour of what is highlighted."""
 
     def __init__(self, window: QWidget) -> None:
@@ -51,7 +51,7 @@ class FocusRing(QObject):
         super().__init__(window)
         self._app, self._window, self._picture = app, window, picture
         self._chain: list[QWidget] = []  # the control and what it lies in
-        self.ring = Ring(window)
+        self.ring = FocusFrame(window)
         app.focusChanged.connect(self._on_focus)
 
     def close_ring(self) -> None:
@@ -98,13 +98,13 @@ class FocusRing(QObject):
         if isValid(self.ring):
             self.ring.hide()
 
-    def _in(self, top: QWidget) -> Ring:
+    def _in(self, top: QWidget) -> FocusFrame:
         """The ring in a window: a dialog takes its own along when it goes."""
         if not isValid(self.ring):
-            self.ring = Ring(top)
+            self.ring = FocusFrame(top)
         elif self.ring.parentWidget() is not top:
             self.ring.deleteLater()
-            self.ring = Ring(top)
+            self.ring = FocusFrame(top)
         return self.ring
 
     def _place(self) -> None:

@@ -11,7 +11,7 @@ from PySide6.QtCore import QEvent, QObject, QPointF, Qt
 from PySide6.QtGui import QFocusEvent, QKeyEvent, QMouseEvent, QWheelEvent
 
 from ffdstudio.gui.navigation import orbit, pan, zoom
-from ffdstudio.gui.state import State
+from ffdstudio.gui.state import WindowState
 from ffdstudio.gui.viewport import Viewport
 from ffdstudio.project.interaction import numeric_edits as typed
 from ffdstudio.project.interaction.events import PointerEvent
@@ -44,7 +44,7 @@ ZOOM_PIXELS = 30.0  # right button: pixels for one step of the wheel
 class PointerFilter(QObject):
     """Takes every mouse and key event of the viewport."""
 
-    def __init__(self, viewport: Viewport, tools: Tools, state: State) -> None:
+    def __init__(self, viewport: Viewport, tools: Tools, state: WindowState) -> None:
         super().__init__(viewport)
         self._viewport, self._tools, self._state = viewport, tools, state
         self._moving: str = ""  # what a drag beside the points does to the camera

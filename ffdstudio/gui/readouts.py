@@ -8,7 +8,7 @@ import numpy as np
 
 from ffdstudio.engine import Lattice
 from ffdstudio.gui.overlay import Band, Line, Ring, Shape, Text
-from ffdstudio.gui.state import State
+from ffdstudio.gui.state import WindowState
 from ffdstudio.gui.subscriptions import Listening
 from ffdstudio.gui.viewport import Viewport
 from ffdstudio.project.interaction.feedback import weight_handle
@@ -24,7 +24,7 @@ XYZ = ("axis_i", "axis_j", "axis_k")
 class Readouts:
     """Fills the layers of the overlay; nothing here asks VTK for a picture."""
 
-    def __init__(self, viewport: Viewport, tools: Tools, state: State) -> None:
+    def __init__(self, viewport: Viewport, tools: Tools, state: WindowState) -> None:
         self._viewport, self._tools, self._state = viewport, tools, state
         document = tools.document
         self._listening = Listening(

@@ -22,7 +22,7 @@ from ffdstudio.gui.actors.lattice import LatticeActor
 from ffdstudio.gui.first_view import interesting
 from ffdstudio.gui.navigation import AXIS_VIEWS, looking
 from ffdstudio.gui.panels.draft import inside_box
-from ffdstudio.gui.state import State
+from ffdstudio.gui.state import WindowState
 from ffdstudio.gui.subscriptions import Listening
 from ffdstudio.gui.theme import Theme
 from ffdstudio.gui.viewport import Viewport
@@ -36,7 +36,9 @@ PREVIEW = "preview"
 class Scene:
     """Actors of bodies and lattices in the viewport."""
 
-    def __init__(self, viewport: Viewport, document: Document, state: State, theme: Theme) -> None:
+    def __init__(
+        self, viewport: Viewport, document: Document, state: WindowState, theme: Theme
+    ) -> None:
         self.viewport, self.document, self.state, self.theme = viewport, document, state, theme
         self.bodies: dict[str, BodyActor] = {}
         self.lattices: dict[str, LatticeActor] = {}

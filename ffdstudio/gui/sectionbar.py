@@ -7,7 +7,7 @@ from PySide6.QtWidgets import QComboBox, QLabel, QSlider, QToolBar
 
 from ffdstudio.gui.panels.fields import NumberEdit
 from ffdstudio.gui.sections import middle, reach
-from ffdstudio.gui.state import Section
+from ffdstudio.gui.state import SectionPlane
 from ffdstudio.gui.studio import Studio
 from ffdstudio.gui.subscriptions import Listening
 from ffdstudio.gui.theme import Theme
@@ -86,12 +86,12 @@ class SectionBar(QToolBar):
     def _slide(self, step: int) -> None:
         axis = self.axis.currentIndex()
         low, high = reach(self._studio.document, axis)
-        self._put(Section(axis, low + (high - low) * step / STEPS))
+        self._put(SectionPlane(axis, low + (high - low) * step / STEPS))
 
     def _cut_at(self, place: float) -> None:
         """Cut at a typed coordinate, which may also lie beside the mesh."""
-        self._put(Section(self.axis.currentIndex(), place))
+        self._put(SectionPlane(self.axis.currentIndex(), place))
 
-    def _put(self, section: Section) -> None:
+    def _put(self, section: SectionPlane) -> None:
         if self._studio.state.shown.section is not None:
             self._studio.state.show(section=section)

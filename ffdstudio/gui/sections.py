@@ -12,7 +12,7 @@ from ffdstudio.gui.actors.surface import SurfaceActor
 from ffdstudio.gui.first_view import interesting
 from ffdstudio.gui.jobs import Progress
 from ffdstudio.gui.scene import Scene
-from ffdstudio.gui.state import Section
+from ffdstudio.gui.state import SectionPlane
 from ffdstudio.gui.studio import Studio
 from ffdstudio.gui.subscriptions import Listening
 from ffdstudio.gui.theme import Theme
@@ -21,7 +21,7 @@ from ffdstudio.project.model import Body
 from ffdstudio.project.view.volume import countable
 
 
-class Sections:
+class SectionPlanes:
     """One cut a body; what lies between the plane and the viewer is hidden.
 
     `shown(key)` is emitted when the cut of a body is in the picture.
@@ -73,7 +73,7 @@ class Sections:
             actor.close()
         self.actors.clear()
 
-    def _plane(self, body: Body, section: Section) -> tuple[Array, Array]:
+    def _plane(self, body: Body, section: SectionPlane) -> tuple[Array, Array]:
         normal = np.eye(3)[section.axis]
         return body.mesh.bounds.mean(axis=0) * (1 - normal) + section.at * normal, normal
 
@@ -130,9 +130,9 @@ def reach(document: Document, axis: int) -> tuple[float, float]:
     return low + inset, high - inset
 
 
-def middle(document: Document, axis: int = 1) -> Section:
+def middle(document: Document, axis: int = 1) -> SectionPlane:
     """Section through the middle of what is of interest, as against the far field."""
     low, high = reach(document, axis)
     box = interesting(document)
     at = (low + high) / 2 if box is None else float(box[:, axis].mean())
-    return Section(axis, min(max(at, low), high))
+    return SectionPlane(axis, min(max(at, low), high))

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Section:
+class SectionPlane:
     """Plane through the volume: its normal as an axis (0, 1, 2), and where it meets that axis."""
 
     axis: int = 1
@@ -23,7 +23,7 @@ class Section:
 
 
 @dataclass(frozen=True)
-class Shown:
+class ShownOptions:
     """What is drawn, and how."""
 
     ghost: bool = False
@@ -31,10 +31,10 @@ class Shown:
     inside: bool = False
     labels: bool = True
     net: bool = True
-    section: Section | None = None
+    section: SectionPlane | None = None
 
 
-class State:
+class WindowState:
     """Choices of the viewer, the lattice that is being built, and what the mouse is over."""
 
     shown_changed = Signal()
@@ -44,7 +44,7 @@ class State:
     theme_changed = Signal()
 
     def __init__(self) -> None:
-        self.shown = Shown()
+        self.shown = ShownOptions()
         self.preview: Lattice | None = None
         self.preview_frozen = 0
         self.preview_open: tuple[tuple[int, int], ...] = ()

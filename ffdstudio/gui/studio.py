@@ -10,7 +10,7 @@ from psygnal import Signal
 
 from ffdstudio.errors import InputError
 from ffdstudio.gui.errors import problem_of
-from ffdstudio.gui.state import State
+from ffdstudio.gui.state import WindowState
 from ffdstudio.project.commands import Command
 from ffdstudio.project.document import Document
 
@@ -26,7 +26,7 @@ class Studio:
     """One window's world."""
 
     document: Document
-    state: State
+    state: WindowState
     jobs: Jobs
     settings: Settings
     asker: Asker

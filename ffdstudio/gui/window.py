@@ -19,7 +19,7 @@ from ffdstudio.gui import theme as themes
 from ffdstudio.gui.actions import Actions, conditions
 from ffdstudio.gui.dialogs.ask import Asker
 from ffdstudio.gui.dialogs.palette import Offer
-from ffdstudio.gui.errors import Net, Problem, problem_of, sentence
+from ffdstudio.gui.errors import ErrorNet, ErrorReport, problem_of, sentence
 from ffdstudio.gui.fieldkeys import FieldKeys
 from ffdstudio.gui.focusring import FocusRing
 from ffdstudio.gui.handlers.editing import EditHandler, LatticeHandler, SelectHandler
@@ -39,10 +39,10 @@ from ffdstudio.gui.readouts import Readouts
 from ffdstudio.gui.resources import program_icon
 from ffdstudio.gui.scene import Scene
 from ffdstudio.gui.sectionbar import SectionBar
-from ffdstudio.gui.sections import Sections
+from ffdstudio.gui.sections import SectionPlanes
 from ffdstudio.gui.settings import LAYOUT_VERSION, Settings
 from ffdstudio.gui.start import StartPage
-from ffdstudio.gui.state import State
+from ffdstudio.gui.state import WindowState
 from ffdstudio.gui.status import StatusLine
 from ffdstudio.gui.studio import Studio
 from ffdstudio.gui.study.study_ui import StudyRoom
@@ -91,8 +91,8 @@ class MainWindow(QMainWindow):
         name = settings.text("theme", themes.preferred(application))
         theme = themes.apply(application, name if name in themes.THEMES else "light")
         self.document = Document(self.jobs)
-        self.studio = Studio(self.document, State(), self.jobs, settings, asker, theme)
-        self.net = Net(self._tell_unexpected, self)
+        self.studio = Studio(self.document, WindowState(), self.jobs, settings, asker, theme)
+        self.net = ErrorNet(self._tell_unexpected, self)
         self.keeper = Keeper(self.studio, recovery)
         self._build_middle()
         self._build_panels()
@@ -114,7 +114,7 @@ class MainWindow(QMainWindow):
         self.setCentralWidget(self.middle)
         self.tools = Tools(self.document)
         self.scene = Scene(self.viewport, self.document, self.studio.state, self.studio.theme)
-        self.sections = Sections(self.studio, self.scene)
+        self.sections = SectionPlanes(self.studio, self.scene)
         self.quality = QualityPart(self.studio, self.scene, self.sections, self.tools)
         self.readouts = Readouts(self.viewport, self.tools, self.studio.state)
         self.pointer = PointerFilter(self.viewport, self.tools, self.studio.state)
@@ -337,12 +337,12 @@ class MainWindow(QMainWindow):
         elif doing == "note":
             text = ""
         way = (ways[doing],) if doing in ways else ()
-        self.studio.asker.tell(Problem(title, sentence(cause), text, ways=way))
+        self.studio.asker.tell(ErrorReport(title, sentence(cause), text, ways=way))
 
     def _on_failed(self, _job: Job, error: Exception) -> None:
         self._tell_unexpected(problem_of(error))
 
-    def _tell_unexpected(self, problem: Problem) -> None:
+    def _tell_unexpected(self, problem: ErrorReport) -> None:
         """Say what nobody foresaw, with a way to save the work first of all."""
         save = ("Save &as…", self.files.save_as)
         ways = (save,) if problem.details and self.document.modified else ()

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from ffdstudio.aliases import Array
 from ffdstudio.files import write_bytes
-from ffdstudio.optimize.runs.record import History, value_of
+from ffdstudio.optimize.runs.record import RunHistory, value_of
 
 FIELDS = (
     "evaluation",
@@ -56,7 +56,7 @@ def save(fig: Any, folder: Path, name: str) -> list[str]:
 
 
 def convergence(
-    studies: Mapping[str, History], figure_of: str = "cost", against: str = "evaluation"
+    studies: Mapping[str, RunHistory], figure_of: str = "cost", against: str = "evaluation"
 ) -> Any:
     """Convergence of studies on the same logarithmic axes; refinements are marked."""
     fig, axes = figure()
@@ -154,7 +154,7 @@ def pressures(curves: Mapping[str, tuple[Array, Array]], target: str | None = No
     return fig
 
 
-def table(history: History) -> bytes:
+def table(history: RunHistory) -> bytes:
     """CSV of the iterates: the fields of the record, then its measures."""
     measures = sorted({name for r in history.iterates for name in r.measures})
     out = io.StringIO()

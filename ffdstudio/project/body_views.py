@@ -13,9 +13,9 @@ from typing import TYPE_CHECKING
 
 from ffdstudio.project.model import Body, Model
 from ffdstudio.project.running import Progress
-from ffdstudio.project.view.body_view import Shown
+from ffdstudio.project.view.body_view import BodyView
 from ffdstudio.project.view.surface import surface_of
-from ffdstudio.project.view.volume import Volume, work_out
+from ffdstudio.project.view.volume import DeformedVolume, work_out
 
 if TYPE_CHECKING:
     from ffdstudio.project.editor import Editor
@@ -29,9 +29,9 @@ class Displays:
 
     def __init__(self, document: Editor) -> None:
         self._document = document
-        self._shown: dict[str, Shown] = {}
+        self._shown: dict[str, BodyView] = {}
 
-    def __getitem__(self, key: str) -> Shown:
+    def __getitem__(self, key: str) -> BodyView:
         """Body of that key, as it is displayed."""
         return self._shown[key]
 
@@ -51,11 +51,11 @@ class Displays:
         for shown in self._shown.values():
             shown.in_hand.settle(model.steps)
 
-    def _first_seen(self, body: Body) -> Shown:
+    def _first_seen(self, body: Body) -> BodyView:
         surfaces = self._document.surfaces
         if body.mesh not in surfaces:
             surfaces[body.mesh] = surface_of(body.mesh)
-        return Shown(body.mesh, surfaces[body.mesh])
+        return BodyView(body.mesh, surfaces[body.mesh])
 
     # ---- work -----------------------------------------------------------------------------
 
@@ -69,7 +69,7 @@ class Displays:
             if shown.outdated:
                 self._start_volume(body, shown, model)
 
-    def _start_embedding(self, body: Body, shown: Shown, model: Model) -> None:
+    def _start_embedding(self, body: Body, shown: BodyView, model: Model) -> None:
         def work(progress: Progress) -> None:
             shown.embed(model.steps, progress)
 
@@ -82,7 +82,7 @@ class Displays:
         label, key = f"Embedding {body.name}", f"embed {body.key}"
         document.runner.start(label, work, done, failed, key)
 
-    def _embedded(self, shown: Shown) -> None:
+    def _embedded(self, shown: BodyView) -> None:
         """Take embeddings that have arrived; a drag may be under way, or edits done since."""
         document = self._document
         shown.settle(document.settled_model.steps)
@@ -93,17 +93,17 @@ class Displays:
         if not shown.settled:
             self.start_work()
 
-    def _start_volume(self, body: Body, shown: Shown, model: Model) -> None:
+    def _start_volume(self, body: Body, shown: BodyView, model: Model) -> None:
         document, state = self._document, shown.expected
         shown.outdated, shown.checking = False, True
         document.volume_changed.emit(body.key)
 
-        def end(volume: Volume | None, outdated: bool = False) -> None:
+        def end(volume: DeformedVolume | None, outdated: bool = False) -> None:
             if self._shown.get(body.key) is shown and shown.expected is state:
                 shown.volume, shown.outdated, shown.checking = volume, outdated, False
                 document.volume_changed.emit(body.key)
 
-        def work(progress: Progress) -> Volume:
+        def work(progress: Progress) -> DeformedVolume:
             return work_out(body.mesh, shown.nodes, model.steps, progress)
 
         def failed(error: Exception) -> None:

@@ -23,8 +23,8 @@ from ffdstudio.project.files.recovery import Left
 from ffdstudio.project.followers import Follower
 from ffdstudio.project.model import Model
 from ffdstudio.project.running import Runner
-from ffdstudio.project.view.surface import Surface
-from ffdstudio.project.view.volume import Volume
+from ffdstudio.project.view.surface import DisplaySurface
+from ffdstudio.project.view.volume import DeformedVolume
 
 
 class Document(Editor):
@@ -103,7 +103,7 @@ class Document(Editor):
                 if body.visible:
                     self.editing.follow(self._displays[body.key].in_hand)
 
-    def surface(self, key: str) -> Surface:
+    def surface(self, key: str) -> DisplaySurface:
         """What to draw of a body: polygons, lines, markers, node numbers, the proxy."""
         return self._displays[key].surface
 
@@ -131,7 +131,7 @@ class Document(Editor):
         """All nodes of a body and what they are bound to; workers may ask it."""
         return self._displays[key].nodes
 
-    def volume(self, key: str) -> Volume | None:
+    def volume(self, key: str) -> DeformedVolume | None:
         """All nodes of a body as deformed, inverted cells counted; None until known."""
         return self._displays[key].volume
 

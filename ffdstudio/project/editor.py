@@ -34,7 +34,7 @@ from ffdstudio.project.files.write_order import Turns
 from ffdstudio.project.history import Entry, History
 from ffdstudio.project.model import Index, Model
 from ffdstudio.project.running import Runner, RunNow
-from ffdstudio.project.view.surface import Surface
+from ffdstudio.project.view.surface import DisplaySurface
 
 
 class Editor:
@@ -59,7 +59,7 @@ class Editor:
         self.editing: Edit | None = None
         self.path: Path | None = None
         self.sections: dict[str, Any] = {}
-        self.surfaces: WeakKeyDictionary[Mesh, Surface] = WeakKeyDictionary()
+        self.surfaces: WeakKeyDictionary[Mesh, DisplaySurface] = WeakKeyDictionary()
         self.ask: Callable[[ProjectFile], ProjectFile | None] | None = None
         self.may_replace: Callable[[], bool] | None = None
         self.may_overwrite: Callable[[Path], bool] | None = None

@@ -52,7 +52,7 @@ def deformed(
 
 
 @dataclass(frozen=True, eq=False)
-class Link:
+class LatticeLink:
     """One lattice's part in the way of the points: `start` -> `end`."""
 
     item: LatticeItem
@@ -110,7 +110,7 @@ class Follower:
         self.points: Array = np.ascontiguousarray(points, dtype=np.float64)
         self.positions = self.points
         self.settled = True
-        self._links: dict[str, Link] = {}
+        self._links: dict[str, LatticeLink] = {}
         self._bindings = Bindings() if bindings is None else bindings
 
     def settle(self, lattices: Sequence[LatticeItem]) -> None:
@@ -151,7 +151,7 @@ class Follower:
         for item in lattices:
             embedding = binding(item, x)
             end = self._end(item, x, embedding)
-            links[item.key] = Link(item, x, embedding, end)
+            links[item.key] = LatticeLink(item, x, embedding, end)
             x = end
         self.settled = all(link.embedding is not None for link in links.values())
         self.positions, self._links = x, links
@@ -189,7 +189,7 @@ def _rehearse(embedding: Embedding) -> None:
 class DragFollower:
     """A follower in the hand: writes into its positions, frame by frame."""
 
-    def __init__(self, link: Link, positions: Array) -> None:
+    def __init__(self, link: LatticeLink, positions: Array) -> None:
         assert link.embedding is not None
         self._embedding = link.embedding
         self._positions = positions

@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 
 from ffdstudio.engine import Lattice
 from ffdstudio.engine.direction import Direction
-from ffdstudio.engine.polynomials import Cells, Places
+from ffdstudio.engine.polynomials import Places, PolynomialCells
 from ffdstudio.engine.spans import SpanOrder
 
 
@@ -19,7 +19,7 @@ def test_every_inside_point_stands_in_its_cell(seed, count):
     order = SpanOrder(box, u, inside)
     assert np.array_equal(order.parameters()[inside], u[inside])
     assert np.isnan(order.parameters()[~inside]).all()
-    ends = Cells.of(box, order.places).ends
+    ends = PolynomialCells.of(box, order.places).ends
     for cell in range(order.cells):
         part = order.u[:, order.starts[cell] : order.starts[cell + 1]]
         low, high = ends[:, 0, cell][:, None], ends[:, 1, cell][:, None]

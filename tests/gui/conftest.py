@@ -18,7 +18,7 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QDialog
 
 from ffdstudio.gui.dialogs.ask import Asker, Question
-from ffdstudio.gui.errors import Problem
+from ffdstudio.gui.errors import ErrorReport
 
 if not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
     os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")  # for tests that draw nothing
@@ -36,7 +36,7 @@ class Script(Asker):
         self.answers: list[str] = []
         self.dialogs: list[Callable[[Any], bool]] = []
         self.asked: list[Question] = []
-        self.told: list[Problem] = []
+        self.told: list[ErrorReport] = []
 
     def open_paths(self, title: str, filters: str, folder: Path) -> list[Path]:
         return self.paths.pop(0)
@@ -48,7 +48,7 @@ class Script(Asker):
         self.asked.append(question)
         return self.answers.pop(0)
 
-    def tell(self, problem: Problem) -> None:
+    def tell(self, problem: ErrorReport) -> None:
         self.told.append(problem)
 
     def run(self, dialog: QDialog) -> bool:
@@ -228,7 +228,7 @@ def emptied(window: Any) -> None:
     """Put a window back to what it was when it opened."""
     from dataclasses import replace
 
-    from ffdstudio.gui.state import Shown
+    from ffdstudio.gui.state import ShownOptions
 
     window.tools.cancel()
     if window.lattice.building:
@@ -238,7 +238,7 @@ def emptied(window: Any) -> None:
     state.spread(soft=False, mirror=-1)
     state.hover(None)
     window.document.clear()
-    state.show(**vars(Shown()))
+    state.show(**vars(ShownOptions()))
     window.viewport.view = replace(window.viewport.view, parallel=False, flat=False)
     window.jobs.finish()
     window.problems.clear()

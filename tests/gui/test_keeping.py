@@ -16,7 +16,7 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QProgressDialog, QPushButton
 
 from ffdstudio.gui.dialogs.problem import ProblemDialog
-from ffdstudio.gui.errors import Problem, problem_of
+from ffdstudio.gui.errors import ErrorReport, problem_of
 from ffdstudio.gui.settings import Settings
 from ffdstudio.project import body_views as displays
 from ffdstudio.project import filing
@@ -70,7 +70,7 @@ def test_the_dialog_of_a_failed_save_offers_another_name(ready, tmp_path, qtbot)
 
 @pytest.mark.parametrize("warning", [True, False])
 def test_a_report_is_unfolded_on_request_a_log_at_once(warning, qtbot):
-    dialog = ProblemDialog(Problem("Title", "Cause.", "", "line\n" * 50, warning))
+    dialog = ProblemDialog(ErrorReport("Title", "Cause.", "", "line\n" * 50, warning))
     qtbot.addWidget(dialog)
     dialog.show()
     assert dialog.report.isVisible() is not warning

@@ -6,7 +6,7 @@ import pytest
 from ffdstudio.errors import InputError
 from ffdstudio.meshes import Mesh, inverted
 from ffdstudio.meshes.measures.bezier import folded, hex_coefficients
-from ffdstudio.meshes.measures.blocks import Block
+from ffdstudio.meshes.measures.blocks import CellBlock
 from ffdstudio.meshes.measures.faces import topology_of
 from tests.meshes.shapes import CUBE, UNIT, block, crowd, in_plane
 
@@ -79,7 +79,7 @@ def test_second_order_cells_are_judged_by_their_corners():
 def test_a_hexahedron_negative_inside_is_found_though_its_corners_are_good():
     rng = np.random.default_rng(0)
     nodes = CUBE + rng.uniform(-0.55, 0.55, (4000, 8, 3))
-    block = Block("hexahedron", np.arange(32000).reshape(-1, 8), np.arange(4000))
+    block = CellBlock("hexahedron", np.arange(32000).reshape(-1, 8), np.arange(4000))
     found = folded(block, nodes.reshape(-1, 3))
     least, most = sampled_jacobians(nodes)
     seen = (least <= 0) & (most > 0)
@@ -105,7 +105,7 @@ def test_bezier_coefficients_bound_the_jacobian():
 def test_a_wedge_is_folded_exactly_where_its_jacobian_changes_sign():
     rng = np.random.default_rng(2)
     nodes = UNIT["wedge"] + rng.uniform(-0.6, 0.6, (3000, 6, 3))
-    block = Block("wedge", np.arange(18000).reshape(-1, 6), np.arange(3000))
+    block = CellBlock("wedge", np.arange(18000).reshape(-1, 6), np.arange(3000))
     found = folded(block, nodes.reshape(-1, 3))
     low, high = nodes[:, :3], nodes[:, 3:]
     values = []

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from ffdstudio.optimize import plots
-from ffdstudio.optimize.runs.record import History, Record
+from ffdstudio.optimize.runs.record import Record, RunHistory
 from tests.optimize.cases import columns, section
 
 POINTS = section(161)
@@ -51,6 +51,8 @@ def test_a_control_point_that_ran_away_does_not_make_the_sections_small():
 
 
 def test_axes_say_what_is_measured():
-    history = History([Record("iterate", k, k, 0, 4, 1.0, measures={"rms": 0.1}) for k in (1, 2)])
+    history = RunHistory(
+        [Record("iterate", k, k, 0, 4, 1.0, measures={"rms": 0.1}) for k in (1, 2)]
+    )
     assert plots.convergence({"a": history}, "rms").axes[0].get_ylabel() == "RMS error"
     assert plots.convergence({"a": history}).axes[0].get_ylabel() == "cost"

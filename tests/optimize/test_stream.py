@@ -105,11 +105,13 @@ def test_the_variables_that_a_program_gets_are_those_of_its_shape(tmp_path):
     study = Study(job, budget=Budget(evaluations=9))
     study.run()
     place = runs(tmp_path)[4]
-    from ffdstudio.optimize.variables.level import Body, Level
+    from ffdstudio.optimize.variables.level import EmbeddedBody, Level
     from ffdstudio.optimize.variables.rules import Rules
     from ffdstudio.optimize.variables.space import DesignSpace
 
-    level = Level.first(Body(job.embedding, job.surface), DesignSpace.of(columns(4), Rules()))
+    level = Level.first(
+        EmbeddedBody(job.embedding, job.surface), DesignSpace.of(columns(4), Rules())
+    )
     y = np.array(json.loads((place / "variables.json").read_text())["variables"])
     shape = np.loadtxt(place / "points.csv", delimiter=",")
     moved = POINTS.copy()

@@ -17,7 +17,7 @@ from ffdstudio.optimize.refine.indicators import GAIN
 from ffdstudio.optimize.refine.sensitivity import Residuals
 from ffdstudio.optimize.runs.record import read_log
 from ffdstudio.optimize.runs.study import Budget, Refinement, Study
-from ffdstudio.optimize.variables.level import Body, Level
+from ffdstudio.optimize.variables.level import EmbeddedBody, Level
 from ffdstudio.optimize.variables.metrics import Surface
 from ffdstudio.optimize.variables.rules import Rules
 from ffdstudio.optimize.variables.space import DesignSpace, Insertion
@@ -38,7 +38,9 @@ def fitting(metric: str = "l2"):
 
 def test_gain_is_the_decrease_that_a_second_fit_finds():
     job = fitting()
-    level = Level.first(Body(job.embedding, job.surface, L2()), DesignSpace.of(columns(5), Rules()))
+    level = Level.first(
+        EmbeddedBody(job.embedding, job.surface, L2()), DesignSpace.of(columns(5), Rules())
+    )
     found = job.objective.evaluate(level.points)
     derivatives = level.columns(found.sensitivity)
     sensitivity = Residuals(level, found.residuals, derivatives)
@@ -55,7 +57,7 @@ def test_gain_is_the_decrease_that_a_second_fit_finds():
 
 def test_a_refinement_changes_no_point_and_carries_steps_and_gradients_exactly(flow):
     level = Level.first(
-        Body(ffd.embed(columns(6), POINTS), Surface.curve(POINTS)),
+        EmbeddedBody(ffd.embed(columns(6), POINTS), Surface.curve(POINTS)),
         DesignSpace.of(columns(6), Rules()),
     )
     z = 0.01 * np.random.default_rng(0).normal(size=level.size)

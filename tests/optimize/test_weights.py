@@ -12,7 +12,7 @@ from ffdstudio.optimize.objectives.distance import PointDistance
 from ffdstudio.optimize.objectives.flow import FlowTarget
 from ffdstudio.optimize.runs.solver import Counts, LevelProblem
 from ffdstudio.optimize.runs.study import Budget, Refinement, Study, Task
-from ffdstudio.optimize.variables.level import Body
+from ffdstudio.optimize.variables.level import EmbeddedBody
 from ffdstudio.optimize.variables.metrics import Surface
 from ffdstudio.optimize.variables.rules import Rules
 from ffdstudio.optimize.variables.weights import Bounded, first_level
@@ -41,7 +41,7 @@ def test_points_by_displacements_and_weights_agree_with_central_differences(rule
     box = ffd.Lattice.box([0, 0, 0], [2, 1, 1], shape=(4, 3, 3), degrees=(3, 2, 1))
     box = box.moved(weights=rng.uniform(0.5, 2, box.shape))
     points = rng.uniform([0, 0, 0], [2.2, 1, 1], size=(40, 3))  # some are outside
-    body = Body(ffd.embed(box, points), Surface.cloud(40), Plain())
+    body = EmbeddedBody(ffd.embed(box, points), Surface.cloud(40), Plain())
     level = first_level(body, rules, None, ())
     np.testing.assert_allclose(level.at(np.zeros(level.size)), points, atol=1e-14)
     z = 0.03 * rng.normal(size=level.size)
@@ -59,7 +59,7 @@ def test_cost_penalty_and_constraints_agree_with_central_differences():
     flow = FlowTarget.like(section(81) * [1, 1.1, 1], [2.0])
     task = Task(flow, ffd.embed(lattice, points), Surface.curve(points), Rules(weights=BOUNDS))
     task.constraints = [Constraint(Area(), lower=0.1)]
-    level = first_level(Body(task.embedding, task.surface), task.rules, None, ())
+    level = first_level(EmbeddedBody(task.embedding, task.surface), task.rules, None, ())
     z = 0.01 * np.random.default_rng(3).normal(size=level.size)
     penalised = LevelProblem(level, task, Counts(), Lbfgs())
     expected = central(lambda z: penalised.value(z).value, z)

@@ -7,11 +7,11 @@ from pathlib import Path
 import numpy as np
 
 from ffdstudio.meshes import Faces, Mesh, read_mesh
-from ffdstudio.project.view.surface import NO_MARKER, Surface, surface_of
+from ffdstudio.project.view.surface import NO_MARKER, DisplaySurface, surface_of
 from tests.project.scenes import write_cube, write_square
 
 
-def area(points: np.ndarray, surface: Surface) -> np.ndarray:
+def area(points: np.ndarray, surface: DisplaySurface) -> np.ndarray:
     """(3,) sum of the vector areas by sign: of each polygon's |area|, for planar polygons."""
     total = np.zeros(3)
     for begin, end in zip(surface.offsets[:-1], surface.offsets[1:], strict=True):

@@ -31,7 +31,7 @@ from ffdstudio.optimize.geometry.contour import upper_side
 from ffdstudio.optimize.geometry.sections import target_contour
 from ffdstudio.optimize.geometry.shapes import Shape, mesh_shape
 from ffdstudio.optimize.objectives.flow import FlowTarget
-from ffdstudio.optimize.runs.record import History, Record
+from ffdstudio.optimize.runs.record import Record, RunHistory
 from ffdstudio.optimize.runs.study import Budget, Refinement, Study, Task
 from ffdstudio.optimize.variables.rules import Rules
 from ffdstudio.samples import sample
@@ -123,13 +123,15 @@ def _study(
     shape: Shape,
     evaluations: int,
     adaptive: bool,
-) -> History:
+) -> RunHistory:
     refinement = Refinement(variables=VARIABLES, slope=0.8) if adaptive else None
     task = Task(flow, embed(rest, shape.points), shape.surface, Rules(frozen=FROZEN))
     return Study(task, "lbfgs", refinement, Budget(evaluations=evaluations)).run()
 
 
-def compared(studies: dict[str, History], rests: dict[str, Lattice], mesh: Mesh) -> dict[str, Any]:
+def compared(
+    studies: dict[str, RunHistory], rests: dict[str, Lattice], mesh: Mesh
+) -> dict[str, Any]:
     """Each study after as many solves as the adaptive one has used, and the best static one."""
     limit = solves(studies[ADAPTIVE].iterates[-1])
     rows = {name: _row(history, limit, rests[name], mesh) for name, history in studies.items()}
@@ -138,7 +140,7 @@ def compared(studies: dict[str, History], rests: dict[str, Lattice], mesh: Mesh)
     return {"solves": limit, "studies": rows, "best_static": best}
 
 
-def _row(history: History, limit: int, rest: Lattice, mesh: Mesh) -> dict[str, Any]:
+def _row(history: RunHistory, limit: int, rest: Lattice, mesh: Mesh) -> dict[str, Any]:
     within = [record for record in history.iterates if solves(record) <= limit]
     current = history.lattice(len(within) - 1)
     points = embed(rest_of(rest, current), mesh.points).deform(current)
@@ -166,7 +168,7 @@ def _write(folder: Path, source: Path, shape: Shape, rest: Lattice, current: Lat
     return [source.name, "pressure_morphed.su2", "pressure.lattice.json", "pressure.ffdproj"]
 
 
-def _convergence(folder: Path, studies: dict[str, History], rows: dict[str, Any]) -> list[str]:
+def _convergence(folder: Path, studies: dict[str, RunHistory], rows: dict[str, Any]) -> list[str]:
     """Costs of the studies, named with the cells that each would invert: see 3."""
     named = {f"{name}, {_cells(rows[name]['inverted'])}": h for name, h in studies.items()}
     write_bytes(folder / "pressure_adaptive.csv", plots.table(studies[ADAPTIVE]))

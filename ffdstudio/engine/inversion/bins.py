@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ffdstudio.aliases import Array
-from ffdstudio.engine.inversion.cells import Cells
+from ffdstudio.engine.inversion.cells import SpanCells
 
 MOST = 64  # a direction
 
@@ -24,7 +24,7 @@ class Bins(NamedTuple):
     cells: NDArray[np.int64]
 
 
-def sort_into_bins(cells: Cells, slack: float) -> Bins:
+def sort_into_bins(cells: SpanCells, slack: float) -> Bins:
     """Bins of cells whose bounds are widened by `slack`."""
     lower, upper = cells.lower - slack, cells.upper + slack
     low, high = lower.min(axis=0), upper.max(axis=0)

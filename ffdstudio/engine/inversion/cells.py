@@ -22,7 +22,7 @@ AT_FIRST = 1000  # cells beyond one a span
 ROOM = 1 << 25  # bytes of control points that may be in use beyond those of the spans
 
 
-class Cells(NamedTuple):
+class SpanCells(NamedTuple):
     """Arrays with one row a cell."""
 
     span: NDArray[np.int64]  # (m, 3) index of the knot span in each direction
@@ -47,13 +47,13 @@ class Bent(NamedTuple):
     rows: Array  # see `sample_rows`
 
 
-def cut(net: Net) -> tuple[Cells, Bent]:
+def cut(net: Net) -> tuple[SpanCells, Bent]:
     """Cut a padded net into cells."""
     rows = sample_rows(net.degrees)
     pool, count = _spans(net)
     count = cut_all(pool, count, rows)
     lower, upper, low, high = (pool.box[:count, k].copy() for k in range(4))
-    cells = Cells(
+    cells = SpanCells(
         pool.span[:count].copy(), pool.middle[:count].copy(), pool.half[:count].copy(),
         pool.centre[:count].copy(), pool.inverse[:count].copy(), low, high, lower, upper,
         pool.bend[:count].copy(),

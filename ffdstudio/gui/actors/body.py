@@ -14,7 +14,7 @@ from ffdstudio.meshes import Mesh
 from ffdstudio.meshes.quasi2d import is_plane
 from ffdstudio.meshes.walls import wall_markers
 from ffdstudio.project.model import Body
-from ffdstudio.project.view.surface import Proxy, Surface
+from ffdstudio.project.view.surface import DisplaySurface, Proxy
 
 MANY_FACES = 60_000  # edges of more faces than these would only be a dark veil
 
@@ -22,7 +22,7 @@ MANY_FACES = 60_000  # edges of more faces than these would only be a dark veil
 class BodyActor:
     """All that is drawn of one body; told what to show by `Scene`."""
 
-    def __init__(self, renderer: Any, surface: Surface, mesh: Mesh) -> None:
+    def __init__(self, renderer: Any, surface: DisplaySurface, mesh: Mesh) -> None:
         self._renderer = renderer
         self.surface = surface
         self.full = SurfaceActor(renderer, len(surface.nodes))
@@ -153,7 +153,7 @@ class BodyActor:
         self._renderer.RemoveActor(self._far)
 
 
-def hull(surface: Surface, mesh: Mesh) -> Mask:
+def hull(surface: DisplaySurface, mesh: Mesh) -> Mask:
     """(p,) polygons of the far field around walls; seen from inside only, for the walls' sake."""
     names = wall_markers(mesh)
     if not names or is_plane(mesh):

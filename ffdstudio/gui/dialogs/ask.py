@@ -8,7 +8,7 @@ from pathlib import Path
 from PySide6.QtWidgets import QDialog, QFileDialog, QMessageBox, QWidget
 
 from ffdstudio.gui.dialogs.problem import ProblemDialog
-from ffdstudio.gui.errors import Problem
+from ffdstudio.gui.errors import ErrorReport
 
 
 @dataclass(frozen=True)
@@ -64,7 +64,7 @@ class Asker:
         box.deleteLater()
         return next((key for key, b in buttons.items() if b is clicked), question.answers[-1][0])
 
-    def tell(self, problem: Problem) -> None:
+    def tell(self, problem: ErrorReport) -> None:
         """Show a problem until it has been read."""
         dialog = ProblemDialog(problem, self.parent)
         self.run(dialog)

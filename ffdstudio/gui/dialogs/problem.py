@@ -18,14 +18,14 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from ffdstudio.gui.errors import Problem
+from ffdstudio.gui.errors import ErrorReport
 from ffdstudio.gui.resources import program_icon
 
 
 class ProblemDialog(QDialog):
     """Shows a `Problem`; a report, where there is one, can be unfolded and copied."""
 
-    def __init__(self, problem: Problem, parent: QWidget | None = None) -> None:
+    def __init__(self, problem: ErrorReport, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self.problem = problem
         self.way: Callable[[], object] | None = None  # what the user wants next

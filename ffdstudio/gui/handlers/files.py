@@ -19,7 +19,7 @@ from ffdstudio.project.commands import TreatBoxes
 from ffdstudio.project.document import Document
 from ffdstudio.project.files.exporting import overwrites
 from ffdstudio.project.model import Body
-from ffdstudio.project.view.volume import Volume
+from ffdstudio.project.view.volume import DeformedVolume
 
 PROJECT = ".ffdproj"
 PROJECT_FILTER = f"FFD Studio project (*{PROJECT})"
@@ -201,7 +201,7 @@ class FileHandler:
             return False
         return self._boxes_chosen(body)
 
-    def _takes_broken(self, body: Body, volume: Volume) -> bool:
+    def _takes_broken(self, body: Body, volume: DeformedVolume) -> bool:
         question = Question(
             "Boundaries",
             f"Boundaries of {body.name} are not what they were.",
@@ -232,7 +232,7 @@ class FileHandler:
             return False
         return answer == body.boxes or self._studio.do(TreatBoxes(body.key, answer))
 
-    def _takes_inverted(self, body: Body, volume: Volume) -> bool:
+    def _takes_inverted(self, body: Body, volume: DeformedVolume) -> bool:
         question = Question(
             "Inverted cells",
             f"{volume.inverted} cells of {body.name} are inside out.",

@@ -120,20 +120,20 @@ class HelpHandler:
 
     def log(self) -> None:
         """Show the end of the log."""
-        from ffdstudio.gui.errors import Problem, log_path
+        from ffdstudio.gui.errors import ErrorReport, log_path
 
         text = _tail(log_path())
         self._studio.asker.tell(
-            Problem("Log", f"Kept in {log_path()}", "" if text else "It is empty.", text, False)
+            ErrorReport("Log", f"Kept in {log_path()}", "" if text else "It is empty.", text, False)
         )
 
     def about(self) -> None:
         """Show version and licence."""
-        from ffdstudio.gui.errors import Problem
+        from ffdstudio.gui.errors import ErrorReport
         from ffdstudio.version import __version__
 
         self._studio.asker.tell(
-            Problem(
+            ErrorReport(
                 f"FFD Studio {__version__}",
                 "Adaptive free-form deformation of geometry and CFD meshes. MIT licence.",
                 warning=False,

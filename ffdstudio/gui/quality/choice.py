@@ -13,7 +13,7 @@ COLOURS = {"off": "Off", "value": "Value", "change": "Change since undeformed"}
 
 
 @dataclass(frozen=True)
-class Wanted:
+class MeasureWanted:
     """Choices of the quality panel; `cell` is the worst cell that was picked, -1 for none."""
 
     body: str = ""
@@ -29,7 +29,7 @@ class Choice:
     changed = Signal()
 
     def __init__(self) -> None:
-        self.wanted = Wanted()
+        self.wanted = MeasureWanted()
 
     def want(self, **changes: Any) -> None:
         """Change choices; another body or measure lets go of the picked cell."""

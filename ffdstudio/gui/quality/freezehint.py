@@ -10,7 +10,7 @@ from ffdstudio.gui.panels.fields import say
 from ffdstudio.gui.studio import Studio
 from ffdstudio.meshes import Mesh
 from ffdstudio.project.checks.freezing import Face, advice, suggested
-from ffdstudio.project.view.volume import Volume
+from ffdstudio.project.view.volume import DeformedVolume
 
 
 class FreezeHint(QLabel):
@@ -56,5 +56,5 @@ class FreezeHint(QLabel):
             self._advising = False
 
 
-def _points(rest: Array, volume: Volume | None) -> Array:
+def _points(rest: Array, volume: DeformedVolume | None) -> Array:
     return rest if volume is None else volume.points

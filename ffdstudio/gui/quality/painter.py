@@ -18,7 +18,7 @@ from ffdstudio.gui.actors.vtk import actor, poly, ragged_cells
 from ffdstudio.gui.quality.choice import Choice
 from ffdstudio.gui.quality.colours import Colours, colours_of, map_of, scale_of
 from ffdstudio.gui.scene import Scene
-from ffdstudio.gui.sections import Sections
+from ffdstudio.gui.sections import SectionPlanes
 from ffdstudio.gui.studio import Studio
 from ffdstudio.gui.subscriptions import Listening
 from ffdstudio.project.checks.checking import Checks
@@ -79,7 +79,7 @@ class Painter:
     """The coats of all bodies."""
 
     def __init__(
-        self, studio: Studio, scene: Scene, sections: Sections, checks: Checks, choice: Choice
+        self, studio: Studio, scene: Scene, sections: SectionPlanes, checks: Checks, choice: Choice
     ) -> None:
         self._studio, self._scene, self._checks, self._choice = studio, scene, checks, choice
         self._sections = sections

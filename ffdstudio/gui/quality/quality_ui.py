@@ -16,7 +16,7 @@ from ffdstudio.gui.quality.painter import Painter
 from ffdstudio.gui.quality.panel import QualityPanel
 from ffdstudio.gui.quality.ringline import RingLine
 from ffdstudio.gui.scene import Scene
-from ffdstudio.gui.sections import Sections
+from ffdstudio.gui.sections import SectionPlanes
 from ffdstudio.gui.studio import Studio
 from ffdstudio.gui.subscriptions import Listening
 from ffdstudio.gui.theme import Theme
@@ -32,7 +32,7 @@ class QualityPart:
     It is also the handler of the Quality menu.
     """
 
-    def __init__(self, studio: Studio, scene: Scene, sections: Sections, tools: Tools) -> None:
+    def __init__(self, studio: Studio, scene: Scene, sections: SectionPlanes, tools: Tools) -> None:
         self._studio = studio
         settings = studio.settings
         self.choice, self.checks = Choice(), Checks(studio.document)

@@ -209,10 +209,10 @@ def write(path: Path, runs: list[Run], shown: Run | None, figure: str, against: 
     from ffdstudio.errors import InputError
     from ffdstudio.files import write_bytes
     from ffdstudio.optimize import plots
-    from ffdstudio.optimize.runs.record import History
+    from ffdstudio.optimize.runs.record import RunHistory
 
     kind = path.suffix.lower().lstrip(".")
-    histories = {run.name: History(list(run.history.records)) for run in runs}
+    histories = {run.name: RunHistory(list(run.history.records)) for run in runs}
     if kind == "csv":
         name = shown.name if shown is not None and shown.name in histories else runs[-1].name
         write_bytes(path, plots.table(histories[name]))

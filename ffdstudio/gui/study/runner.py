@@ -106,10 +106,10 @@ class StudyRunner(QObject):
         return True
 
     def _begin(self, plan: Plan, item: LatticeItem, paused: bool) -> None:
-        from ffdstudio.optimize.runs.record import History
+        from ffdstudio.optimize.runs.record import RunHistory
 
         self._began += 1
-        run = Run(f"Study {self._began}", self._began - 1, plan, item.key, History())
+        run = Run(f"Study {self._began}", self._began - 1, plan, item.key, RunHistory())
         self.runs.append(run)
         self.run, self.place, self.following, self.problem = run, -1, True, ""
         model = self._studio.document.settled_model

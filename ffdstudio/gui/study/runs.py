@@ -11,7 +11,7 @@ from ffdstudio.aliases import Array
 from ffdstudio.project.studies.plan import Plan
 
 if TYPE_CHECKING:
-    from ffdstudio.optimize.runs.record import History, Record
+    from ffdstudio.optimize.runs.record import Record, RunHistory
     from ffdstudio.optimize.runs.study import Study
 
 FIGURES = {
@@ -44,7 +44,7 @@ class Run:
     plan : Plan
     key : str
         Of the lattice in the document.
-    history : History
+    history : RunHistory
         Records that have arrived, a copy of the worker's.
     state : str
         One of `STATES`.
@@ -56,7 +56,7 @@ class Run:
     number: int
     plan: Plan
     key: str
-    history: History
+    history: RunHistory
     state: str = "preparing"
     note: str = ""
     study: Study | None = None

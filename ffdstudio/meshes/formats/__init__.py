@@ -16,7 +16,7 @@ from typing import NamedTuple
 Progress = Callable[[float], None]
 
 
-class Format(NamedTuple):
+class MeshFormat(NamedTuple):
     """One row of the registry.
 
     `name` is what `Mesh.format` holds; `module` the file in this folder; `suffixes` in lower
@@ -66,33 +66,33 @@ def titled(head: bytes) -> bool:
 
 
 UGRIDS = tuple(f".{end}{kind}{size}.ugrid" for end in ("", "l") for kind in "br" for size in "84")
-FORMATS: tuple[Format, ...] = (
-    Format("su2", "SU2", (".su2",), "su2", new="su2_new"),
-    Format("stl", "STL", (".stl",), "stl", new="stl"),
-    Format("obj", "Wavefront OBJ", (".obj",), "obj", new="obj"),
-    Format("ply", "PLY", (".ply",), "ply", new="ply"),
-    Format("vtk", "legacy VTK", (".vtk",), "vtk", new="vtk"),
-    Format("vtu", "VTK XML", (".vtu",), "vtu", new="via_meshio"),
-    Format("vtp", "VTK XML polygons", (".vtp",), "vtu"),  # rows of their own, since a file
-    Format("vts", "VTK XML structured grid", (".vts",), "vtu"),  # of one is none of another
-    Format("gmsh", "Gmsh", (".msh", ".msh2", ".msh4"), "gmsh", begins_with(b"$"), "via_meshio"),
-    Format("openfoam", "OpenFOAM polyMesh", (".foam", ".openfoam"), "openfoam"),
-    Format("fluent", "Fluent", (".msh", ".cas"), "fluent", begins_with(b"(")),
-    Format("fluent_hdf", "Fluent HDF5", (".cas.h5", ".msh.h5"), "fluent_hdf"),
-    Format("airfoil", "airfoil coordinates", (".dat", ".txt"), "dat", two_columns, "dat"),
-    Format("nastran", "Nastran", (".bdf", ".nas", ".fem", ".dat", ".pch"), "nastran", has_grid),
-    Format("avs", "AVS-UCD", (".inp", ".avs", ".ucd"), "avs", five_counts),
-    Format("abaqus", "Abaqus or CalculiX", (".inp",), "abaqus", new="via_meshio"),
-    Format("plot3d", "PLOT3D", (".xyz", ".p3d", ".x", ".p3dfmt", ".fmt", ".xyzfmt"), "plot3d"),
-    Format("ugrid", "AFLR3 UGRID", (".ugrid", *UGRIDS), "ugrid"),
-    Format("cgns", "CGNS", (".cgns", ".adf"), "cgns"),
-    Format("exodus", "Exodus II", (".exo", ".e", ".ex2", ".exii", ".g", ".gen"), "exodus"),
-    Format("tecplot", "Tecplot ASCII", (".dat", ".tec"), "via_meshio", titled),
-    Format("meshio", "read through meshio", (), "via_meshio"),
+FORMATS: tuple[MeshFormat, ...] = (
+    MeshFormat("su2", "SU2", (".su2",), "su2", new="su2_new"),
+    MeshFormat("stl", "STL", (".stl",), "stl", new="stl"),
+    MeshFormat("obj", "Wavefront OBJ", (".obj",), "obj", new="obj"),
+    MeshFormat("ply", "PLY", (".ply",), "ply", new="ply"),
+    MeshFormat("vtk", "legacy VTK", (".vtk",), "vtk", new="vtk"),
+    MeshFormat("vtu", "VTK XML", (".vtu",), "vtu", new="via_meshio"),
+    MeshFormat("vtp", "VTK XML polygons", (".vtp",), "vtu"),  # rows of their own, since a file
+    MeshFormat("vts", "VTK XML structured grid", (".vts",), "vtu"),  # of one is none of another
+    MeshFormat("gmsh", "Gmsh", (".msh", ".msh2", ".msh4"), "gmsh", begins_with(b"$"), "via_meshio"),
+    MeshFormat("openfoam", "OpenFOAM polyMesh", (".foam", ".openfoam"), "openfoam"),
+    MeshFormat("fluent", "Fluent", (".msh", ".cas"), "fluent", begins_with(b"(")),
+    MeshFormat("fluent_hdf", "Fluent HDF5", (".cas.h5", ".msh.h5"), "fluent_hdf"),
+    MeshFormat("airfoil", "airfoil coordinates", (".dat", ".txt"), "dat", two_columns, "dat"),
+    MeshFormat("nastran", "Nastran", (".bdf", ".nas", ".fem", ".dat", ".pch"), "nastran", has_grid),
+    MeshFormat("avs", "AVS-UCD", (".inp", ".avs", ".ucd"), "avs", five_counts),
+    MeshFormat("abaqus", "Abaqus or CalculiX", (".inp",), "abaqus", new="via_meshio"),
+    MeshFormat("plot3d", "PLOT3D", (".xyz", ".p3d", ".x", ".p3dfmt", ".fmt", ".xyzfmt"), "plot3d"),
+    MeshFormat("ugrid", "AFLR3 UGRID", (".ugrid", *UGRIDS), "ugrid"),
+    MeshFormat("cgns", "CGNS", (".cgns", ".adf"), "cgns"),
+    MeshFormat("exodus", "Exodus II", (".exo", ".e", ".ex2", ".exii", ".g", ".gen"), "exodus"),
+    MeshFormat("tecplot", "Tecplot ASCII", (".dat", ".tec"), "via_meshio", titled),
+    MeshFormat("meshio", "read through meshio", (), "via_meshio"),
 )
 
 
-def by_name(name: str) -> Format:
+def by_name(name: str) -> MeshFormat:
     """Row of the registry with that name."""
     return next(row for row in FORMATS if row.name == name)
 
@@ -115,14 +115,14 @@ def suffix_of(path: Path) -> str:
     return max(known, key=len) + name[len(bare) :]
 
 
-def candidates(path: Path) -> list[Format]:
+def candidates(path: Path) -> list[MeshFormat]:
     """Rows whose suffix fits, the longest suffix first; that it is compressed does not count."""
     name = path.name.lower().removesuffix(".gz")
     fits = [(len(s), row) for row in FORMATS for s in row.suffixes if name.endswith(s)]
     return [row for _, row in sorted(fits, key=lambda fit: -fit[0])]
 
 
-def recognise(path: Path, head: bytes) -> Format:
+def recognise(path: Path, head: bytes) -> MeshFormat:
     """Format of a file by its suffix and, where that leaves a choice, by its first bytes."""
     if path.is_dir():
         return by_name("openfoam")

@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 from ffdstudio.aliases import Indices
 from ffdstudio.files import read_bytes
 from ffdstudio.meshes.formats import Progress
-from ffdstudio.meshes.formats.abaqus_blocks import Block, blocks_of, fields, first_blank, tokens
+from ffdstudio.meshes.formats.abaqus_blocks import DeckBlock, blocks_of, fields, first_blank, tokens
 from ffdstudio.meshes.formats.abaqus_types import is_slender, kind_of
 from ffdstudio.meshes.formats.number_table import pick_anywhere, pick_numbers
 from ffdstudio.meshes.formats.patch import TextTemplate
@@ -46,7 +46,9 @@ class Part:
     cells: list[tuple[str, Indices, Indices, str]] = field(
         default_factory=list
     )  # kind ids nodes set
-    sets: list[tuple[str, str, Block]] = field(default_factory=list)  # ELSET or NSET, name, block
+    sets: list[tuple[str, str, DeckBlock]] = field(
+        default_factory=list
+    )  # ELSET or NSET, name, block
 
 
 def read(path: Path, data: bytes, progress: Progress) -> Mesh:
@@ -95,7 +97,7 @@ class _Reader:
             template=template,
         )
 
-    def _take(self, block: Block) -> None:
+    def _take(self, block: DeckBlock) -> None:
         match block.keyword:
             case "NODE":
                 self._nodes(block)
@@ -116,7 +118,7 @@ class _Reader:
             case "SYSTEM" if block.spans:
                 raise self.source.error(block.place, "nodes in a local frame (*SYSTEM)")
 
-    def _instance(self, block: Block) -> None:
+    def _instance(self, block: DeckBlock) -> None:
         """Remember whose sets the assembly names; nodes stay where their part has them."""
         name, part = (block.parameters.get(key, "") for key in ("NAME", "PART"))
         if part.upper() in (used.upper() for used in self.instances.values()):
@@ -131,7 +133,7 @@ class _Reader:
         found = [part for part in self.parts if instance and part.name.upper() == name]
         return found[0] if found else self.parts[-1]
 
-    def _include(self, block: Block) -> None:
+    def _include(self, block: DeckBlock) -> None:
         """Refuse an included file with nodes, which would stay behind; warn of any other."""
         name = block.parameters.get("INPUT", "another file")
         self.included.append(name)
@@ -145,7 +147,7 @@ class _Reader:
     def _warn(self, message: str) -> None:
         warnings.warn(f"{self.source.path.name}: {message}", MeshWarning, stacklevel=2)
 
-    def _nodes(self, block: Block) -> None:
+    def _nodes(self, block: DeckBlock) -> None:
         if "INPUT" in block.parameters:
             raise self.source.error(
                 block.place,
@@ -176,7 +178,7 @@ class _Reader:
         if "NSET" in block.parameters:
             self.parts[-1].sets.append(("NODES", block.parameters["NSET"], block))
 
-    def _elements(self, block: Block) -> None:
+    def _elements(self, block: DeckBlock) -> None:
         kind = kind_of(block.parameters.get("TYPE", ""))
         starts, ends, _ = tokens(self.source, block)
         if kind is None or "INPUT" in block.parameters:
@@ -231,7 +233,7 @@ class _Reader:
         return first + len(ids)
 
     def _members(
-        self, keyword: str, block: Block, sets: dict[tuple[str, str], list[Indices]]
+        self, keyword: str, block: DeckBlock, sets: dict[tuple[str, str], list[Indices]]
     ) -> Indices:
         """Numbers in a set; other sets may be named in it."""
         starts, ends, first = tokens(self.source, block)
@@ -247,7 +249,7 @@ class _Reader:
                 found += sets.get((keyword, word.decode("utf-8", "replace").upper()), [])
         return np.concatenate(found)
 
-    def _generated(self, block: Block, words: list[bytes], first: Indices) -> Indices:
+    def _generated(self, block: DeckBlock, words: list[bytes], first: Indices) -> Indices:
         found = [np.empty(0, dtype=np.int64)]
         for begin, end in zip(first, [*first[1:], len(words)], strict=False):
             line = [self.source.integer(w, block.place, "a number") for w in words[begin:end]]
@@ -289,7 +291,7 @@ class _Reader:
         return order[place]
 
 
-def _records(source: Source, block: Block) -> int:
+def _records(source: Source, block: DeckBlock) -> int:
     """Number of elements of a block of an unknown type: a comma at the end goes on."""
     lines = [
         line.strip()

@@ -16,7 +16,7 @@ _BLANK = re.compile(rb"^[ \t]*,|,[ \t]*,", re.M)
 
 
 @dataclass
-class Block:
+class DeckBlock:
     """A keyword with its parameters and the places of its data lines."""
 
     keyword: str
@@ -25,7 +25,7 @@ class Block:
     spans: list[tuple[int, int]] = field(default_factory=list)
 
 
-def blocks_of(source: Source) -> list[Block]:
+def blocks_of(source: Source) -> list[DeckBlock]:
     """All keywords of a deck with their data lines."""
     data, found = source.data, []
     at = 0
@@ -52,16 +52,16 @@ def _next_star(data: bytes, at: int) -> int:
     return len(data) if found < 0 else found + 1
 
 
-def _block(line: bytes, place: int) -> Block:
+def _block(line: bytes, place: int) -> DeckBlock:
     words = line[1:].decode("utf-8", "replace").split(",")
     parameters = {}
     for word in words[1:]:
         key, _, value = word.partition("=")
         parameters[key.strip().upper()] = value.strip().strip('"')
-    return Block(words[0].strip().upper(), parameters, place)
+    return DeckBlock(words[0].strip().upper(), parameters, place)
 
 
-def first_blank(source: Source, block: Block) -> int | None:
+def first_blank(source: Source, block: DeckBlock) -> int | None:
     """Place of the first field that is left blank between commas, which stands for zero."""
     for begin, end in block.spans:
         found = _BLANK.search(source.data[begin:end])
@@ -70,7 +70,7 @@ def first_blank(source: Source, block: Block) -> int | None:
     return None
 
 
-def tokens(source: Source, block: Block) -> tuple[Indices, Indices, Indices]:
+def tokens(source: Source, block: DeckBlock) -> tuple[Indices, Indices, Indices]:
     """Begin and end of all words of a block, and the first one of each line."""
     parts = []
     total = 0
@@ -82,7 +82,7 @@ def tokens(source: Source, block: Block) -> tuple[Indices, Indices, Indices]:
     return _joined(parts)
 
 
-def fields(source: Source, block: Block) -> tuple[Indices, Indices, Indices]:
+def fields(source: Source, block: DeckBlock) -> tuple[Indices, Indices, Indices]:
     """As `tokens`, with blank fields: words without a letter, where a number can be put in."""
     parts, total = [], 0
     for begin, end in block.spans:

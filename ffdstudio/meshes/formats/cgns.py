@@ -25,7 +25,7 @@ from ffdstudio.meshes.formats.cgns_grids import Grid, copies_in_rind, grid_of
 from ffdstudio.meshes.formats.cgns_links import Spot, links_of
 from ffdstudio.meshes.formats.cgns_nodes import Adf, Node, hdf5
 from ffdstudio.meshes.formats.cgns_zones import Zones
-from ffdstudio.meshes.formats.hdftemplate import HdfTemplate, Piece, Place, template_of
+from ffdstudio.meshes.formats.hdftemplate import DatasetPlace, HdfTemplate, Piece, template_of
 from ffdstudio.meshes.formats.patch import BinaryTemplate
 from ffdstudio.meshes.formats.source import Source
 from ffdstudio.meshes.formats.vtkcells import offsets_of
@@ -80,7 +80,7 @@ def _template(source: Source, grids: list[Grid]) -> BinaryTemplate | HdfTemplate
     copies = copies_in_rind(source, grids, parts, points)
     pieces, first = [], 0
     for grid, (rows, nodes) in zip(grids, copies, strict=True):
-        arrays = tuple(Place(node.path, node.place, _type(node)) for node in grid.arrays)
+        arrays = tuple(DatasetPlace(node.path, node.place, _type(node)) for node in grid.arrays)
         index = np.concatenate([grid.kept, rows])
         own = np.concatenate([first + np.arange(len(grid.kept)), nodes])
         pieces.append(Piece(arrays, np.repeat(index[:, None], len(arrays), axis=1), own))

@@ -20,7 +20,7 @@ from ffdstudio.aliases import Array, Indices
 from ffdstudio.errors import InputError
 from ffdstudio.files import write_bytes
 from ffdstudio.meshes.formats import Progress
-from ffdstudio.meshes.formats.dat_blocks import Block, blocks_of, without_decimal_commas
+from ffdstudio.meshes.formats.dat_blocks import PointBlock, blocks_of, without_decimal_commas
 from ffdstudio.meshes.formats.patch import TextTemplate, shortest
 from ffdstudio.meshes.formats.source import Source
 from ffdstudio.meshes.mesh import Mesh
@@ -52,7 +52,7 @@ def read(path: Path, data: bytes, progress: Progress) -> Mesh:
     )  # fmt: skip
 
 
-def _counted(blocks: list[Block]) -> int | None:
+def _counted(blocks: list[PointBlock]) -> int | None:
     """Number of points of the upper side if the first line counts both sides; it is taken away."""
     count = sum(len(block.values) for block in blocks)
     upper, lower = blocks[0].values[0]
@@ -64,7 +64,7 @@ def _counted(blocks: list[Block]) -> int | None:
     return int(upper)
 
 
-def _check(source: Source, blocks: list[Block], counted: bool) -> None:
+def _check(source: Source, blocks: list[PointBlock], counted: bool) -> None:
     for block in blocks:
         for values, places in zip(block.values, block.places, strict=True):
             if not np.isfinite(values).all():
@@ -82,7 +82,9 @@ def _check(source: Source, blocks: list[Block], counted: bool) -> None:
         )
 
 
-def _orders(source: Source, blocks: list[Block], upper: int | None) -> tuple[Array, list[Indices]]:
+def _orders(
+    source: Source, blocks: list[PointBlock], upper: int | None
+) -> tuple[Array, list[Indices]]:
     """All points, and the nodes of each element in Selig's order."""
     parts = [block.xy for block in blocks]
     points = np.concatenate(parts)
@@ -110,7 +112,7 @@ def _sides(first: Array, second: Array) -> bool:
     return bool(aft and np.abs(first[0] - second[0]).max() < 0.02 * extent)
 
 
-def _apart(source: Source, blocks: list[Block], parts: list[Array]) -> bool:
+def _apart(source: Source, blocks: list[PointBlock], parts: list[Array]) -> bool:
     """Whether blocks are elements; raises where text parts what is none."""
     if len(blocks) == 1:
         return False
@@ -123,7 +125,7 @@ def _apart(source: Source, blocks: list[Block], parts: list[Array]) -> bool:
     return False
 
 
-def _joined(groups: list[Indices], blocks: list[Block]) -> list[Indices]:
+def _joined(groups: list[Indices], blocks: list[PointBlock]) -> list[Indices]:
     """Blocks that a blank line alone parts belong together where lines of 999 part elements."""
     if not any(block.parted for block in blocks):
         return groups

@@ -31,7 +31,7 @@ MOST = 5  # numbers in a line that is not text
 Places = list[tuple[int, int]]
 
 
-class Line(NamedTuple):
+class DatLine(NamedTuple):
     """A line: where it begins, the places of its words, and their values where all are numbers."""
 
     place: int
@@ -46,14 +46,14 @@ class Line(NamedTuple):
 
 
 @dataclass
-class Block:
+class PointBlock:
     """Points one after the other: their values, and where each number begins and ends.
 
     `before` is the text that stands between this block and the one before, `parted` whether a
     line of 999 does.
     """
 
-    before: Line | None = None
+    before: DatLine | None = None
     parted: bool = False
     values: list[list[float]] = field(default_factory=list)
     places: list[Places] = field(default_factory=list)
@@ -80,7 +80,7 @@ def without_decimal_commas(data: bytes) -> bytes:
     )
 
 
-def blocks_of(source: Source) -> list[Block]:
+def blocks_of(source: Source) -> list[PointBlock]:
     """Points of a file, in blocks that blank lines, text or lines of 999 part.
 
     Raises
@@ -90,13 +90,13 @@ def blocks_of(source: Source) -> list[Block]:
     """
     lines = [_line(source.data, match) for match in LINE.finditer(source.data)]
     pick = _columns(lines)
-    blocks: list[Block] = []
-    following: Block | None = Block()
+    blocks: list[PointBlock] = []
+    following: PointBlock | None = PointBlock()
     for line in lines:
         if not line.words:
-            following = following or Block()
+            following = following or PointBlock()
         elif line.separates and blocks:
-            following = Block(parted=True)
+            following = PointBlock(parted=True)
         elif (point := pick(line)) is not None:
             if following is not None:
                 blocks.append(following)
@@ -105,25 +105,25 @@ def blocks_of(source: Source) -> list[Block]:
             blocks[-1].places.append(point[1])
         elif blocks:
             _refuse_damaged(source, line)
-            following = following or Block()
+            following = following or PointBlock()
             following.before = following.before or line
     return blocks
 
 
-def _line(data: bytes, match: re.Match[bytes]) -> Line:
+def _line(data: bytes, match: re.Match[bytes]) -> DatLine:
     words = [m.span() for m in WORD.finditer(data, match.start(), match.end())]
     if not 1 <= len(words) <= MOST:
-        return Line(match.start(), words, None)
+        return DatLine(match.start(), words, None)
     texts = [data[a:b] for a, b in words]
     values = [_value(text) for text in texts] if all(map(NUMBER.fullmatch, texts)) else None
-    return Line(match.start(), words, values)
+    return DatLine(match.start(), words, values)
 
 
 def _value(text: bytes) -> float:
     return float(text.lower().replace(b"d", b"e"))
 
 
-def _columns(lines: list[Line]) -> Callable[[Line], tuple[list[float], Places] | None]:
+def _columns(lines: list[DatLine]) -> Callable[[DatLine], tuple[list[float], Places] | None]:
     """What takes the two coordinates from a line; None from a line that has none."""
     widths = [len(line.values) for line in lines if line.values is not None]
     width, first = 2, 0
@@ -133,7 +133,7 @@ def _columns(lines: list[Line]) -> Callable[[Line], tuple[list[float], Places] |
         first = 0 if np.ptp(ends[:, 2]) == 0 else int((np.diff(ends[:, 0]) == 1).all())
         width = 3 if first or np.ptp(ends[:, 2]) == 0 else 2
 
-    def pick(line: Line) -> tuple[list[float], Places] | None:
+    def pick(line: DatLine) -> tuple[list[float], Places] | None:
         if line.values is None or len(line.values) != width:
             return None
         return line.values[first : first + 2], line.words[first : first + 2]
@@ -141,7 +141,7 @@ def _columns(lines: list[Line]) -> Callable[[Line], tuple[list[float], Places] |
     return pick
 
 
-def _refuse_damaged(source: Source, line: Line) -> None:
+def _refuse_damaged(source: Source, line: DatLine) -> None:
     """Raise where a line behind the first point looks like a point that is damaged.
 
     Two words of which one is a number and the other at least begins as one, or comes second:

@@ -16,7 +16,7 @@ import numpy as np
 
 from ffdstudio.aliases import Indices
 from ffdstudio.meshes.formats import Progress
-from ffdstudio.meshes.formats.hdftemplate import HdfTemplate, Piece, Place
+from ffdstudio.meshes.formats.hdftemplate import DatasetPlace, HdfTemplate, Piece
 from ffdstudio.meshes.formats.netcdf import Variable, variables
 from ffdstudio.meshes.formats.patch import BinaryTemplate
 from ffdstudio.meshes.formats.source import Source
@@ -56,7 +56,7 @@ SIDES: dict[str, list[tuple[int, ...]]] = {
 }
 
 
-class Block(NamedTuple):
+class ElementBlock(NamedTuple):
     """Cells of one element block; elements are numbered through all blocks from `first`."""
 
     name: str
@@ -107,7 +107,7 @@ def _template(source: Source, found: dict[str, Variable]) -> tuple[Template, int
         return BinaryTemplate(source.data, points, dtype, places), len(rows)
     if "coord" in found:
         raise source.failure("its coordinates are stored in pieces, which is not supported here")
-    arrays = tuple(Place(f"/{row.name}", -1, dtype) for row in rows)
+    arrays = tuple(DatasetPlace(f"/{row.name}", -1, dtype) for row in rows)
     index = np.repeat(np.arange(count)[:, None], len(rows), axis=1)
     pieces = [Piece(arrays, index, np.arange(count))]
     return HdfTemplate(source, points, pieces, dtype), len(rows)
@@ -122,9 +122,11 @@ def _name(names: list[str], number: int, default: str) -> str:
     return own or f"{default} {number}"
 
 
-def _blocks(source: Source, found: dict[str, Variable], count: int, axes: int) -> list[Block]:
+def _blocks(
+    source: Source, found: dict[str, Variable], count: int, axes: int
+) -> list[ElementBlock]:
     names, first = _names(found, "eb_names"), 1
-    blocks: list[Block] = []
+    blocks: list[ElementBlock] = []
     for number in range(1, len(found) + 1):
         variable = found.get(f"connect{number}")
         if variable is None:
@@ -144,7 +146,7 @@ def _blocks(source: Source, found: dict[str, Variable], count: int, axes: int) -
         if kind in MIDDLE_BEFORE_TOP:
             nodes = nodes[:, MIDDLE_BEFORE_TOP[kind]]
         shell = axes == 3 and base_type(kind) in ("triangle", "quad")
-        blocks.append(Block(_name(names, number, "block"), kind, nodes, first, shell))
+        blocks.append(ElementBlock(_name(names, number, "block"), kind, nodes, first, shell))
         first += len(nodes)
     return blocks
 
@@ -159,7 +161,7 @@ def _add(markers: Markers, name: str, what: str, cells: Cells) -> None:
 
 
 def _side_sets(
-    source: Source, found: dict[str, Variable], blocks: list[Block], markers: Markers
+    source: Source, found: dict[str, Variable], blocks: list[ElementBlock], markers: Markers
 ) -> None:
     names = _names(found, "ss_names")
     for number in range(1, len(found) + 1):
@@ -176,7 +178,7 @@ def _side_sets(
         _add(markers, _name(names, number, "side set"), "side set", cells)
 
 
-def _faces(elements: Indices, sides: Indices, blocks: list[Block]) -> Cells:
+def _faces(elements: Indices, sides: Indices, blocks: list[ElementBlock]) -> Cells:
     """Faces of elements, both counted from 1."""
     parts: dict[str, list[Indices]] = {}
     for block in blocks:

@@ -17,7 +17,7 @@ from ffdstudio.aliases import Indices
 from ffdstudio.meshes.formats import Progress
 from ffdstudio.meshes.formats.fluent_faces import partners_of, side_of, tokens
 from ffdstudio.meshes.formats.fluent_mesh import mesh_of
-from ffdstudio.meshes.formats.fluent_sections import Sections, Zone, sections_of
+from ffdstudio.meshes.formats.fluent_sections import FluentSections, Zone, sections_of
 from ffdstudio.meshes.formats.number_table import pick_anywhere
 from ffdstudio.meshes.formats.patch import BinaryTemplate, TextTemplate
 from ffdstudio.meshes.formats.source import Source
@@ -37,7 +37,7 @@ def read(path: Path, data: bytes, progress: Progress) -> Mesh:
     return mesh_of(source, template, sides, sections.names, pairs, sections.dimension)
 
 
-def _template(source: Source, sections: Sections) -> TextTemplate | BinaryTemplate:
+def _template(source: Source, sections: FluentSections) -> TextTemplate | BinaryTemplate:
     zones = sorted(sections.nodes, key=lambda zone: zone.head[1])
     expected = 1
     for zone in zones:

@@ -20,7 +20,7 @@ from ffdstudio.errors import InputError
 from ffdstudio.meshes.formats import Progress
 from ffdstudio.meshes.formats.cgns_nodes import HDF_ERRORS, is_inside, opened, values_of
 from ffdstudio.meshes.formats.fluent_mesh import Partners, Side, mesh_of
-from ffdstudio.meshes.formats.hdftemplate import HdfTemplate, Piece, Place, template_of
+from ffdstudio.meshes.formats.hdftemplate import DatasetPlace, HdfTemplate, Piece, template_of
 from ffdstudio.meshes.formats.patch import BinaryTemplate
 from ffdstudio.meshes.formats.source import Source
 from ffdstudio.meshes.formats.vtkcells import offsets_of
@@ -110,7 +110,7 @@ class _Reader:
             if values.dtype.kind != "f" or values.size % self.dimension or first != count + 1:
                 raise self.source.failure(f"the coordinates of zone {name} do not fit")
             offset = item.id.get_offset()
-            place = Place(item.name, -1 if offset is None else offset, item.dtype)
+            place = DatasetPlace(item.name, -1 if offset is None else offset, item.dtype)
             with np.errstate(invalid="ignore"):
                 parts.append(values.astype(np.float64).reshape(-1, self.dimension))
             flat = np.arange(values.size).reshape(-1, self.dimension)

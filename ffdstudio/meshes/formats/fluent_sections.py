@@ -37,7 +37,7 @@ class Zone(NamedTuple):
 
 
 @dataclass
-class Sections:
+class FluentSections:
     """What a file holds."""
 
     dimension: int = 3
@@ -47,9 +47,9 @@ class Sections:
     pairs: list[Zone] = field(default_factory=list)  # faces of a periodic zone and of its shadow
 
 
-def sections_of(source: Source) -> Sections:
+def sections_of(source: Source) -> FluentSections:
     """Find all sections of a file."""
-    data, found = source.data, Sections()
+    data, found = source.data, FluentSections()
     at = data.find(b"(")
     while at >= 0:
         match = _INDEX.match(data, at)
@@ -79,7 +79,7 @@ def _head(source: Source, place: int) -> tuple[list[int], re.Match[bytes]]:
     return head, match
 
 
-def _numbers(source: Source, found: Sections, number: int, place: int) -> int:
+def _numbers(source: Source, found: FluentSections, number: int, place: int) -> int:
     """Take a section of nodes, cells or faces; return the place behind it."""
     head, match = _head(source, place)
     end = match.end()
@@ -92,13 +92,13 @@ def _numbers(source: Source, found: Sections, number: int, place: int) -> int:
     return source.data.find(b")", end) + 1 or len(source.data)
 
 
-def _keep(found: Sections, number: int, zone: Zone) -> None:
+def _keep(found: FluentSections, number: int, zone: Zone) -> None:
     lists = {NODES: found.nodes, FACES: found.faces, PAIRS: found.pairs}
     if number in lists:
         lists[number].append(zone)
 
 
-def _binary(source: Source, found: Sections, number: int, place: int) -> int:
+def _binary(source: Source, found: FluentSections, number: int, place: int) -> int:
     """Take a binary section; return the place behind it."""
     begin = _HEAD.match(source.data, place)
     kind = number % 100
@@ -136,7 +136,7 @@ def _closing(source: Source, at: int) -> int:
     raise source.error(at, "a section does not end")
 
 
-def _other(source: Source, found: Sections, number: int, body: bytes, place: int) -> None:
+def _other(source: Source, found: FluentSections, number: int, body: bytes, place: int) -> None:
     if number == 2:
         found.dimension = source.integer(body.strip(), place, "the dimension")
         if found.dimension not in (2, 3):

@@ -95,7 +95,7 @@ class Elements(NamedTuple):
     owners: Indices | None = None
 
 
-class Layout(Protocol):
+class GmshLayout(Protocol):
     """How one version writes its sections."""
 
     def nodes(self) -> Nodes:
@@ -161,14 +161,14 @@ def _sections(source: Source) -> dict[str, tuple[int, int]]:
     return found
 
 
-def _layout(source: Source, sections: dict[str, tuple[int, int]]) -> Layout:
+def _layout(source: Source, sections: dict[str, tuple[int, int]]) -> GmshLayout:
     from ffdstudio.meshes.formats import gmsh_40, gmsh_binary, gmsh_text
 
     if "NOD" in sections:
         return gmsh_text.Old(source, sections, 1)
-    if "MeshFormat" not in sections:
-        raise source.failure("there is neither $MeshFormat nor $NOD: not a Gmsh mesh?")
-    begin, _ = sections["MeshFormat"]
+    if "Format" not in sections:
+        raise source.failure("there is neither $Format nor $NOD: not a Gmsh mesh?")
+    begin, _ = sections["Format"]
     end = source.line_end(begin)
     words = source.data[begin:end].split()
     if len(words) < 3:

@@ -27,7 +27,7 @@ from ffdstudio.meshes.formats.patch import (
 from ffdstudio.meshes.formats.source import Source
 
 
-class Place(NamedTuple):
+class DatasetPlace(NamedTuple):
     """An array in a file: its path, where it begins (-1 in pieces), and its type."""
 
     path: str
@@ -41,7 +41,7 @@ class Piece(NamedTuple):
     ``flat[i, a]`` is where `arrays[a]`, seen flat, has coordinate a of node ``nodes[i]``.
     """
 
-    arrays: tuple[Place, ...]
+    arrays: tuple[DatasetPlace, ...]
     flat: Indices
     nodes: Indices
 

@@ -29,7 +29,7 @@ from ffdstudio.meshes.formats import Progress
 from ffdstudio.meshes.formats.number_table import Rows, read_rows
 from ffdstudio.meshes.formats.patch import TextTemplate
 from ffdstudio.meshes.formats.source import Source
-from ffdstudio.meshes.formats.su2_sections import Section, ffd_spans, sections_of, zones_of
+from ffdstudio.meshes.formats.su2_sections import Su2Section, ffd_spans, sections_of, zones_of
 from ffdstudio.meshes.links import Link
 from ffdstudio.meshes.mesh import Markers, Mesh, MeshWarning
 from ffdstudio.meshes.topology import CORNERS, Cells
@@ -159,7 +159,7 @@ class _Reader:
         self.markers: Markers = {}
         self.halos: list[tuple[str, int, Indices]] = []  # marker, number of the partner, nodes
 
-    def zone(self, name: str, sections: list[Section]) -> None:
+    def zone(self, name: str, sections: list[Su2Section]) -> None:
         first = sum(map(len, self.points))
         axes = self._dimension(self._one(sections, b"NDIME"))
         self._points(self._one(sections, b"NPOIN"), axes)
@@ -171,7 +171,7 @@ class _Reader:
             self.markers[name] = cells
         self._markers(name and f"{name}/", sections, first, count)
 
-    def _one(self, sections: list[Section], key: bytes) -> Section:
+    def _one(self, sections: list[Su2Section], key: bytes) -> Su2Section:
         found = [section for section in sections if section.key == key]
         if not found:
             raise self.source.failure(f"there is no {key.decode()}= section: not an SU2 mesh?")
@@ -179,11 +179,11 @@ class _Reader:
             raise self.source.error(found[1].place, f"a second {key.decode()}= in the same zone")
         return found[0]
 
-    def _count(self, section: Section) -> int:
+    def _count(self, section: Su2Section) -> int:
         token = (section.value.split() or [b""])[0]
         return self.source.integer(token, section.place, f"{section.key.decode('latin-1')}=")
 
-    def _dimension(self, section: Section) -> int:
+    def _dimension(self, section: Su2Section) -> int:
         axes = self._count(section)
         if axes not in (2, 3):
             raise self.source.error(section.place, f"NDIME= must be 2 or 3, not {axes}")
@@ -191,7 +191,7 @@ class _Reader:
             raise self.source.error(section.place, "zones of different NDIME= in one file")
         return axes
 
-    def _rows(self, section: Section, dtype: type, what: str) -> Rows:
+    def _rows(self, section: Su2Section, dtype: type, what: str) -> Rows:
         """Lines of a section, as many as its keyword says."""
         count = self._count(section)
         spans = dtype is np.float64
@@ -203,7 +203,7 @@ class _Reader:
             )
         return rows
 
-    def _points(self, section: Section, axes: int) -> None:
+    def _points(self, section: Su2Section, axes: int) -> None:
         rows = self._rows(section, np.float64, "nodes")
         short = np.flatnonzero(rows.widths < axes)
         if len(short):
@@ -243,7 +243,7 @@ class _Reader:
                 found = "behind the coordinates of a node stands no index"
                 raise self.source.error(int(rows.places[odd]), found)
 
-    def _elements(self, section: Section, first: int, count: int) -> Cells:
+    def _elements(self, section: Su2Section, first: int, count: int) -> Cells:
         rows = self._rows(section, np.int64, "elements")
         codes = rows.values[rows.first[:-1]]
         cells = {}
@@ -272,7 +272,7 @@ class _Reader:
     def _refuse(self, rows: Rows, row: int, message: str) -> None:
         raise self.source.error(int(rows.places[row]), message)
 
-    def _markers(self, prefix: str, sections: list[Section], first: int, count: int) -> None:
+    def _markers(self, prefix: str, sections: list[Su2Section], first: int, count: int) -> None:
         tag, kept = "", None
         for section in sections:
             if section.key in (b"MARKER_TAG", b"MARKERTAG"):
@@ -297,13 +297,13 @@ class _Reader:
                     section.place, f"NMARK= announces {self._count(section)} markers, found {found}"
                 )
 
-    def _is_empty(self, section: Section, counted: Section | None = None) -> bool:
+    def _is_empty(self, section: Su2Section, counted: Su2Section | None = None) -> bool:
         """Whether no line follows where elements are announced."""
         lines = self.source.data[section.begin : section.end].splitlines()
         solid = any(line.split(b"%")[0].strip() for line in lines)
         return not solid and self._count(counted or section) > 0
 
-    def _remember_halo(self, tag: str, section: Section, cells: Cells) -> None:
+    def _remember_halo(self, tag: str, section: Su2Section, cells: Cells) -> None:
         """Keep the nodes that are sent (a positive number) or received."""
         word = (section.value.split() or [b""])[0]
         if section.key in (b"SEND_RECV", b"SEND_TO") and re.fullmatch(rb"[-+]?\d{1,9}", word):

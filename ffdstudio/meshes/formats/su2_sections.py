@@ -7,7 +7,7 @@ from typing import NamedTuple
 from ffdstudio.meshes.formats.source import Source
 
 
-class Section(NamedTuple):
+class Su2Section(NamedTuple):
     """A line ``KEY= value`` at `place`, and the place of the lines that follow it."""
 
     key: bytes
@@ -17,7 +17,7 @@ class Section(NamedTuple):
     end: int
 
 
-def sections_of(source: Source) -> list[Section]:
+def sections_of(source: Source) -> list[Su2Section]:
     """All sections, found by their equals sign: numbers have none."""
     data, found = source.data, []
     at = data.find(b"=")
@@ -31,12 +31,12 @@ def sections_of(source: Source) -> list[Section]:
                 raise source.error(begin, f"expected a keyword before '=', found {shown!r}")
         at = data.find(b"=", end)
     ends = [*(place for _, _, place, _ in found[1:]), len(data)][: len(found)]
-    return [Section(*row, end) for row, end in zip(found, ends, strict=True)]
+    return [Su2Section(*row, end) for row, end in zip(found, ends, strict=True)]
 
 
-def zones_of(source: Source, sections: list[Section]) -> list[tuple[str, list[Section]]]:
+def zones_of(source: Source, sections: list[Su2Section]) -> list[tuple[str, list[Su2Section]]]:
     """Sections by zone; the name is empty where there is only one."""
-    zones: list[tuple[str, list[Section]]] = [("", [])]
+    zones: list[tuple[str, list[Su2Section]]] = [("", [])]
     declared = 1
     for section in sections:
         if section.key == b"NZONE":
@@ -56,7 +56,7 @@ def zones_of(source: Source, sections: list[Section]) -> list[tuple[str, list[Se
     return zones if declared > 1 else [("", zones[0][1])]
 
 
-def ffd_spans(source: Source, sections: list[Section]) -> tuple[tuple[int, int], ...]:
+def ffd_spans(source: Source, sections: list[Su2Section]) -> tuple[tuple[int, int], ...]:
     """Places of the FFD sections, one a zone: keywords that follow each other.
 
     What stands between two of them belongs to the mesh, and so do comments behind the last line.

@@ -28,7 +28,7 @@ from ffdstudio.meshes.formats.vtkcells import (
     offsets_of,
     streams,
 )
-from ffdstudio.meshes.formats.xmlarray import DataArray, Layout, Tag, parse
+from ffdstudio.meshes.formats.xmlarray import ArrayLayout, DataArray, Tag, parse
 from ffdstudio.meshes.mesh import Mesh
 from ffdstudio.meshes.polyhedra import Loops
 
@@ -101,7 +101,7 @@ def read(path: Path, data: bytes, progress: Progress) -> Mesh:
     """Read a VTK XML file; see `read_mesh`."""
     source = Source(path, data)
     root = parse(source)
-    layout = Layout.of(source, root)
+    layout = ArrayLayout.of(source, root)
     pieces = root.all("Piece")
     arrays = [_points_array(layout, piece) for piece in pieces]
     if not arrays:
@@ -117,7 +117,7 @@ def read(path: Path, data: bytes, progress: Progress) -> Mesh:
     return found.mesh(points, template)
 
 
-def _points_array(layout: Layout, piece: Tag) -> DataArray:
+def _points_array(layout: ArrayLayout, piece: Tag) -> DataArray:
     tag = piece.child("Points")
     array = tag and tag.child("DataArray")
     if not array:
@@ -137,14 +137,14 @@ def _has_normals(root: Tag) -> bool:
     )
 
 
-def _count(layout: Layout, piece: Tag, name: str) -> int:
+def _count(layout: ArrayLayout, piece: Tag, name: str) -> int:
     """Number of points or cells that a piece announces; a structured one by its extent."""
     if name == "NumberOfPoints" and piece.get("Extent"):
         return int(np.prod(_shape(layout, piece), dtype=object))
     return layout.source.integer(piece.get(name).encode(), piece.begin - 1, name)
 
 
-def _shape(layout: Layout, piece: Tag) -> tuple[int, ...]:
+def _shape(layout: ArrayLayout, piece: Tag) -> tuple[int, ...]:
     words = piece.get("Extent").split()
     extent = [int(n) for n in words if re.fullmatch(r"-?\d{1,9}", n)]
     shape = tuple(extent[k + 1] - extent[k] + 1 for k in range(0, len(extent) - 1, 2))
@@ -163,7 +163,7 @@ def _points(array: DataArray) -> Array:
     return points
 
 
-def _offsets(layout: Layout, root: Tag) -> list[tuple[int, int, str]]:
+def _offsets(layout: ArrayLayout, root: Tag) -> list[tuple[int, int, str]]:
     """Where every appended array begins, and where its offset is written."""
     found = []
     for tag in [*root.all("DataArray"), *root.all("Array")]:
@@ -173,7 +173,7 @@ def _offsets(layout: Layout, root: Tag) -> list[tuple[int, int, str]]:
     return found
 
 
-def _cells(found: Collected, layout: Layout, piece: Tag, count: int, first: int) -> None:
+def _cells(found: Collected, layout: ArrayLayout, piece: Tag, count: int, first: int) -> None:
     cells = piece.child("Cells")
     if cells:
         many = _count(layout, piece, "NumberOfCells")
@@ -191,7 +191,7 @@ def _cells(found: Collected, layout: Layout, piece: Tag, count: int, first: int)
             found.add(begins, nodes, types, count, first)
 
 
-def _polyhedra(layout: Layout, cells: Tag, types: Indices) -> Loops | None:
+def _polyhedra(layout: ArrayLayout, cells: Tag, types: Indices) -> Loops | None:
     """Faces of the polyhedra of a piece, as streams or, since version 2.3, in four arrays."""
     chosen = np.flatnonzero(types == POLYHEDRON)
     names = {child.get("Name") for child in cells.children}
@@ -207,14 +207,14 @@ def _polyhedra(layout: Layout, cells: Tag, types: Indices) -> Loops | None:
     return None
 
 
-def _streamed(layout: Layout, cells: Tag, chosen: Indices, many: int) -> Loops:
+def _streamed(layout: ArrayLayout, cells: Tag, chosen: Indices, many: int) -> Loops:
     ends = _array(layout, cells, "faceoffsets", many)
     values = _array(layout, cells, "faces", int(ends.max(initial=0)))
     before = np.concatenate([[0], np.maximum.accumulate(ends)[:-1]])
     return streams(values, np.maximum(before, 0)[chosen], chosen)
 
 
-def _arrayed(layout: Layout, cells: Tag, chosen: Indices, many: int) -> Loops:
+def _arrayed(layout: ArrayLayout, cells: Tag, chosen: Indices, many: int) -> Loops:
     ends = np.concatenate([[0], _array(layout, cells, "polyhedron_offsets", many)])
     count = np.diff(ends)[chosen]
     mine = _array(layout, cells, "polyhedron_to_faces", int(ends[-1]))
@@ -229,13 +229,13 @@ def _arrayed(layout: Layout, cells: Tag, chosen: Indices, many: int) -> Loops:
     return Loops(nodes[np.repeat(faces[mine], sizes) + step], sizes, np.repeat(chosen, count))
 
 
-def _lists(layout: Layout, tag: Tag, many: int) -> tuple[Indices, Indices]:
+def _lists(layout: ArrayLayout, tag: Tag, many: int) -> tuple[Indices, Indices]:
     """Where each of so many cells begins among the nodes, and the nodes."""
     begins = np.concatenate([[0], _array(layout, tag, "offsets", many)])
     return begins, _array(layout, tag, "connectivity", int(begins[-1]))
 
 
-def _array(layout: Layout, tag: Tag, name: str, count: int) -> Indices:
+def _array(layout: ArrayLayout, tag: Tag, name: str, count: int) -> Indices:
     own = {child.get("Name"): child for child in tag.children if child.name == "DataArray"}
     if name not in own:
         raise layout.source.error(tag.begin - 1, f"<{tag.name}> has no array {name}")

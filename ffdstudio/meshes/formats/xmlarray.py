@@ -100,7 +100,7 @@ def _opened(match: re.Match[bytes]) -> Tag:
 
 
 @dataclass
-class Layout:
+class ArrayLayout:
     """What holds for all arrays of a file."""
 
     source: Source
@@ -111,7 +111,7 @@ class Layout:
     is_base64: bool  # of the appended data
 
     @classmethod
-    def of(cls, source: Source, root: Tag) -> Layout:
+    def of(cls, source: Source, root: Tag) -> ArrayLayout:
         """Read it from the first element."""
         top = root.child("VTKFile")
         if top is None:
@@ -128,7 +128,7 @@ class Layout:
 class DataArray:
     """One array of the file; `count` is how many numbers it must have, if that is known."""
 
-    def __init__(self, layout: Layout, tag: Tag, count: int | None = None) -> None:
+    def __init__(self, layout: ArrayLayout, tag: Tag, count: int | None = None) -> None:
         self.layout, self.tag, self.source, self.count = layout, tag, layout.source, count
         kind = re.fullmatch(r"(Int|UInt|Float)(8|16|32|64)", tag.get("type"))
         if not kind or (kind[1], kind[2]) == ("Float", "8"):

@@ -16,7 +16,7 @@ from __future__ import annotations
 import numpy as np
 
 from ffdstudio.aliases import Array, Indices
-from ffdstudio.meshes.measures.blocks import Block
+from ffdstudio.meshes.measures.blocks import CellBlock
 from ffdstudio.meshes.measures.vectors import cross, dot, gathered, length, pieces, triple
 
 INSIDE = ("wedge", "hexahedron")
@@ -29,7 +29,7 @@ HEX_EDGES = (  # along u, v, w; the other two parameters run as (0,0), (1,0), (0
 MIDDLE = np.array([[1.0, 0.0, 0.0], [-0.5, 2.0, -0.5], [0.0, 0.0, 1.0]])  # values -> Bezier
 
 
-def folded(block: Block, points: Array) -> np.ndarray:
+def folded(block: CellBlock, points: Array) -> np.ndarray:
     """(k,) whether the Jacobian of a cell of type `INSIDE` is not of one sign."""
     out = np.zeros(len(block.nodes), dtype=bool)
     test = _wedges if block.type == "wedge" else _hexahedra

@@ -45,7 +45,7 @@ CORNERS = {  # a corner and its neighbours, in the order that makes a good cell 
 
 
 @dataclass(frozen=True, eq=False)
-class Block:
+class CellBlock:
     """Cells of one type: (k, nodes) and their numbers; simplices of polyhedra and polygons."""
 
     type: str
@@ -57,8 +57,8 @@ class Block:
         """Node positions of the simplices whose signs make a cell valid."""
         return CORNERS[self.type]
 
-    def __getitem__(self, chosen: np.ndarray | slice) -> Block:
-        return Block(self.type, self.nodes[chosen], self.cells[chosen])
+    def __getitem__(self, chosen: np.ndarray | slice) -> CellBlock:
+        return CellBlock(self.type, self.nodes[chosen], self.cells[chosen])
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,20 +73,20 @@ class Blocks:
         Whether the cells lie in the plane z = 0 of a 2D mesh.
     count : int
         Number of cells.
-    blocks : tuple of Block
+    blocks : tuple of CellBlock
     groups : tuple
         Groups of nodes whose mean is a point of its own: flat nodes and offsets. The
         means are numbered behind the nodes.
-    trihedra : Block, optional
+    trihedra : CellBlock, optional
         Corners of polyhedra where three edges meet, for their scaled Jacobian.
     """
 
     dimension: int
     flat: bool
     count: int
-    blocks: tuple[Block, ...]
+    blocks: tuple[CellBlock, ...]
     groups: Groups = ()
-    trihedra: Block | None = None
+    trihedra: CellBlock | None = None
 
     def extended(self, points: Array) -> Array:
         """Points, or any value at the points, with the means behind them."""
@@ -117,7 +117,7 @@ class Blocks:
             shared(touched, np.arange(len(block.nodes)), block.nodes, block.cells, mask, out)
         return out
 
-    def of_cells(self, chosen: np.ndarray) -> tuple[Block, ...]:
+    def of_cells(self, chosen: np.ndarray) -> tuple[CellBlock, ...]:
         """Blocks of the cells in a mask."""
         return tuple(block[chosen[block.cells]] for block in self.blocks)
 
@@ -158,7 +158,7 @@ def _listed(mesh: Mesh) -> Blocks:
             groups.append((corner.ravel(), np.arange(0, corner.size + 1, size)))
             fan = [corner, np.roll(corner, -1, axis=1), np.repeat(mean[:, None], size, axis=1)]
             corner, ids = np.stack(fan, axis=-1).reshape(-1, 3), np.repeat(ids, size)
-        blocks.append(Block(base, corner, ids))
+        blocks.append(CellBlock(base, corner, ids))
     return Blocks(top, mesh.dimension == 2, count, tuple(blocks), tuple(groups))
 
 
@@ -166,11 +166,14 @@ def _faced(mesh: Mesh) -> Blocks:
     faces = mesh.faces
     assert faces is not None
     known, rest = recognised(faces)
-    blocks = [Block(kind, nodes, ids) for kind, (nodes, ids) in known.items()]
+    blocks = [CellBlock(kind, nodes, ids) for kind, (nodes, ids) in known.items()]
     if not rest.any():
         return Blocks(3, False, faces.cells, tuple(blocks))
     fan, cell, groups = _fans(faces, rest, len(mesh.points))
-    fans, corner = Block("polyhedron", fan, cell), Block("polyhedron", *trihedra(faces, rest))
+    fans, corner = (
+        CellBlock("polyhedron", fan, cell),
+        CellBlock("polyhedron", *trihedra(faces, rest)),
+    )
     return Blocks(3, False, faces.cells, (*blocks, fans), groups, corner)
 
 

@@ -13,7 +13,7 @@ from __future__ import annotations
 import numpy as np
 
 from ffdstudio.aliases import Array
-from ffdstudio.meshes.measures.blocks import Block
+from ffdstudio.meshes.measures.blocks import CellBlock
 from ffdstudio.meshes.measures.vectors import cross, dot, gathered, length, pieces, triple
 
 ROUNDING = 16 * np.finfo(np.float64).eps
@@ -24,7 +24,7 @@ def edges(coordinates: Array, corner: tuple[int, ...]) -> list[Array]:
     return [coordinates[:, i] - coordinates[:, corner[0]] for i in corner[1:]]
 
 
-def jacobians(block: Block, points: Array, rest: Array | None = None) -> Array:
+def jacobians(block: CellBlock, points: Array, rest: Array | None = None) -> Array:
     """(corners, k) corner Jacobians of cells at extended points.
 
     For plane cells `rest` are the points whose normals count as up; without it up is z.
@@ -45,7 +45,7 @@ def _jacobian(vectors: list[Array], rest: list[Array] | None) -> Array:
     return normal[2] if rest is None else dot(normal, unit(cross(*rest)))
 
 
-def signs(block: Block, points: Array, up: Array | None) -> Array:
+def signs(block: CellBlock, points: Array, up: Array | None) -> Array:
     """(corners, k) signs of the undeformed corner Jacobians: 1, -1, or 0 for no volume."""
     out = np.empty((len(block.corners), len(block.nodes)))
     for piece in pieces(len(block.nodes)):
@@ -74,7 +74,7 @@ def unit(vectors: Array) -> Array:
     return vectors / np.where(size > 0, size, 1.0)
 
 
-def orientation(block: Block, points: Array, up: Array | None) -> int:
+def orientation(block: CellBlock, points: Array, up: Array | None) -> int:
     """1, or -1 where most cells of a type are listed in the mirrored order."""
     positive = jacobians(block, points, up).sum(axis=0) > 0
     return 1 if 2 * positive.sum() >= len(positive) else -1

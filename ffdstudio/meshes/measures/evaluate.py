@@ -9,12 +9,12 @@ from numpy.typing import ArrayLike
 
 from ffdstudio.errors import InputError
 from ffdstudio.meshes.measures.cell_coverage import coverage
-from ffdstudio.meshes.measures.incremental import State
+from ffdstudio.meshes.measures.incremental import QualityState
 from ffdstudio.meshes.measures.inversion import deformed
 from ffdstudio.meshes.measures.report import Report
 from ffdstudio.meshes.mesh import Mesh
 
-_states: WeakKeyDictionary[Mesh, State] = WeakKeyDictionary()
+_states: WeakKeyDictionary[Mesh, QualityState] = WeakKeyDictionary()
 
 
 def quality(mesh: Mesh, points: ArrayLike | None = None) -> Report:
@@ -61,7 +61,7 @@ def quality(mesh: Mesh, points: ArrayLike | None = None) -> Report:
     return Report(measures, before, inverted, new, state, coverage(mesh))
 
 
-def state_of(mesh: Mesh) -> State:
+def state_of(mesh: Mesh) -> QualityState:
     """Kept measures of a mesh.
 
     Raises
@@ -70,5 +70,5 @@ def state_of(mesh: Mesh) -> State:
         If it has no cells to speak of.
     """
     if mesh not in _states:
-        _states[mesh] = State(mesh)
+        _states[mesh] = QualityState(mesh)
     return _states[mesh]

@@ -16,7 +16,7 @@ import numpy as np
 from ffdstudio import threads
 from ffdstudio.aliases import Indices, Mask
 from ffdstudio.errors import InputError
-from ffdstudio.meshes.measures.blocks import Block, blocks_of
+from ffdstudio.meshes.measures.blocks import CellBlock, blocks_of
 from ffdstudio.meshes.measures.corners import orientation
 from ffdstudio.meshes.measures.recognise import ramps, sides
 from ffdstudio.meshes.mesh import Faces, Mesh
@@ -181,7 +181,7 @@ def _whole(nodes: Indices) -> Mask:
     return whole
 
 
-def _mirrored(block: Block, mesh: Mesh) -> bool:
+def _mirrored(block: CellBlock, mesh: Mesh) -> bool:
     """Whether most cells are against the order of `FACES` (VTK's wedges look outward)."""
     blocks = blocks_of(mesh)
     points = blocks.extended(mesh.points)

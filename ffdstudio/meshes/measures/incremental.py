@@ -21,7 +21,7 @@ from ffdstudio.meshes.measures.cell_coverage import coverage
 from ffdstudio.meshes.measures.face_measures import Fabric
 from ffdstudio.meshes.measures.inversion import folded_since
 from ffdstudio.meshes.measures.layers import Walls
-from ffdstudio.meshes.measures.shapes import Polygons, Shape
+from ffdstudio.meshes.measures.shapes import CellShape, Polygons
 from ffdstudio.meshes.mesh import Mesh
 
 FACED = ("non_orthogonality", "face_skewness", "orthogonal_quality", "growth_ratio")
@@ -29,7 +29,7 @@ FACED = ("non_orthogonality", "face_skewness", "orthogonal_quality", "growth_rat
 FANS = ("polygon", "polyhedron")  # several rows of a block are one cell
 
 
-class State:
+class QualityState:
     """Measures per cell at the points evaluated last; at first those of the mesh."""
 
     def __init__(self, mesh: Mesh) -> None:
@@ -44,7 +44,7 @@ class State:
         up = self.blocks.upright(self.rest)
         corners = [self.blocks.trihedra] if self.blocks.trihedra is not None else []
         blocks = [*self.blocks.blocks, *corners]
-        self.shapes = [Shape(block, self.rest, up) for block in blocks]
+        self.shapes = [CellShape(block, self.rest, up) for block in blocks]
         surface = self.blocks.dimension == 2
         self.polygons = Polygons(mesh) if surface else None
         self.fabric = None if surface and not self.blocks.flat else Fabric.of(mesh)
@@ -100,7 +100,7 @@ class State:
             self._judge(shape, here, moved)
         self.scaled[moved & np.isinf(self.scaled)] = np.nan  # a polyhedron without such a corner
 
-    def _judge(self, shape: Shape, here: Array, moved: np.ndarray) -> None:
+    def _judge(self, shape: CellShape, here: Array, moved: np.ndarray) -> None:
         """Scaled Jacobians and inversion of the moved cells of one block."""
         block = shape.block
         rows = np.flatnonzero(moved[block.cells])

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 from ffdstudio.aliases import Array, Indices
 from ffdstudio.errors import InputError
 from ffdstudio.meshes.measures.bezier import INSIDE, folded
-from ffdstudio.meshes.measures.blocks import Block, blocks_of
+from ffdstudio.meshes.measures.blocks import CellBlock, blocks_of
 from ffdstudio.meshes.measures.sweep import Sweep
 from ffdstudio.meshes.mesh import Mesh
 from ffdstudio.meshes.topology import numbers
@@ -90,7 +90,7 @@ def deformed(mesh: Mesh, points: ArrayLike | None) -> Array:
     return new
 
 
-def folded_since(block: Block, old: Array, here: Array, skip: np.ndarray) -> np.ndarray:
+def folded_since(block: CellBlock, old: Array, here: Array, skip: np.ndarray) -> np.ndarray:
     """Whether a cell is negative inside now and was not at the beginning; not asked of `skip`."""
     out = np.zeros(len(block.nodes), dtype=bool)
     if block.type in INSIDE:

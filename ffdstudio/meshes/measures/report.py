@@ -10,7 +10,7 @@ import numpy as np
 
 from ffdstudio.aliases import Array, Indices
 from ffdstudio.meshes.measures.cell_coverage import Coverage
-from ffdstudio.meshes.measures.incremental import State
+from ffdstudio.meshes.measures.incremental import QualityState
 from ffdstudio.meshes.measures.solvers import dual_volumes, wrong_pyramids
 from ffdstudio.meshes.measures.standards import LIMITS, MEASURES, Limit
 
@@ -59,7 +59,7 @@ class Report:
     undeformed: dict[str, Array]
     inverted: np.ndarray
     points: Array
-    state: State = field(repr=False)
+    state: QualityState = field(repr=False)
     coverage: Coverage = field(default_factory=Coverage)
 
     @property

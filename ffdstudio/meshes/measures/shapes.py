@@ -15,7 +15,7 @@ import numpy as np
 from ffdstudio.aliases import Array, Indices
 from ffdstudio.meshes.measures import corner_kernels, kernels
 from ffdstudio.meshes.measures.bezier import HEX_EDGES
-from ffdstudio.meshes.measures.blocks import Block
+from ffdstudio.meshes.measures.blocks import CellBlock
 from ffdstudio.meshes.measures.corners import jacobians, orientation, signs, unit
 from ffdstudio.meshes.measures.vectors import dot, gathered, length
 from ffdstudio.meshes.measures.work import shared
@@ -35,10 +35,10 @@ IDEAL = {  # the Jacobian of unit edges in the ideal cell
 TETRAHEDRA = ("tetra", "pyramid")
 
 
-class Shape:
+class CellShape:
     """Scaled Jacobians of one block, against the signs its corners had."""
 
-    def __init__(self, block: Block, points: Array, up: Array | None) -> None:
+    def __init__(self, block: CellBlock, points: Array, up: Array | None) -> None:
         self.block, self.up = block, up
         self.factor = orientation(block, points, up) / IDEAL[block.type]
         self.table = np.array(block.corners)
@@ -64,7 +64,7 @@ class Shape:
             shared(corner_kernels.bounded, np.arange(len(rows)), *given, doubt)
         return doubt
 
-    def _plane(self, part: Block, points: Array, sign: np.ndarray) -> tuple[Array, np.ndarray]:
+    def _plane(self, part: CellBlock, points: Array, sign: np.ndarray) -> tuple[Array, np.ndarray]:
         values = jacobians(part, points, self.up)
         sizes = _products(gathered(points, part.nodes), part.type)
         scaled = values * self.factor / np.where(sizes > 0, sizes, np.inf)

@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 
 from ffdstudio.aliases import Array, Indices
-from ffdstudio.meshes.measures.blocks import Block, Blocks
+from ffdstudio.meshes.measures.blocks import Blocks, CellBlock
 from ffdstudio.meshes.measures.corners import orientation
 from ffdstudio.meshes.measures.face_measures import Fabric
 from ffdstudio.meshes.measures.vectors import cross, dot, gathered, pieces, triple
@@ -45,7 +45,7 @@ def dual_volumes(blocks: Blocks, points: Array, rest: Array) -> Array:
     return np.where(seen, out, np.nan)[: len(points)]
 
 
-def _shares(block: Block, here: Array, up: Array | None) -> list[tuple[Indices, Array]]:
+def _shares(block: CellBlock, here: Array, up: Array | None) -> list[tuple[Indices, Array]]:
     """Pairs of node numbers and what they get, by simplices over the edges of the cells."""
     x, shares = gathered(here, block.nodes), []
     for (a, b), volume in _simplices(block, x, None if up is None else gathered(up, block.nodes)):
@@ -53,7 +53,7 @@ def _shares(block: Block, here: Array, up: Array | None) -> list[tuple[Indices, 
     return shares
 
 
-def _simplices(block: Block, x: Array, up: Array | None) -> list[tuple[tuple[int, int], Array]]:
+def _simplices(block: CellBlock, x: Array, up: Array | None) -> list[tuple[tuple[int, int], Array]]:
     """Edges of the cells and the signed volume between an edge, its face and the cell's mean."""
     if block.type == "polyhedron":
         fan = triple(*(x[:, i] - x[:, 0] for i in (1, 2, 3))) / 6
@@ -70,7 +70,7 @@ def _simplices(block: Block, x: Array, up: Array | None) -> list[tuple[tuple[int
     return _plane(block, x, up)
 
 
-def _plane(block: Block, x: Array, up: Array | None) -> list[tuple[tuple[int, int], Array]]:
+def _plane(block: CellBlock, x: Array, up: Array | None) -> list[tuple[tuple[int, int], Array]]:
     if block.type == "polygon":
         mean, edges = x[:, 2], [(0, 1)]
     else:

@@ -14,7 +14,7 @@ import numpy as np
 from ffdstudio import threads
 from ffdstudio.aliases import AnyArray, Array, Indices, Mask
 from ffdstudio.meshes.measures.bezier import HEX_EDGES
-from ffdstudio.meshes.measures.blocks import Block
+from ffdstudio.meshes.measures.blocks import CellBlock
 from ffdstudio.meshes.measures.corners import jacobians, signs
 
 BATCH, PIECE = 1 << 20, 1 << 15
@@ -45,7 +45,7 @@ class Sweep:
         """Largest coordinate."""
         return float(np.abs(self.rest).max(initial=0.0))
 
-    def flipped(self, block: Block, here: Array) -> Iterator[tuple[Indices, Indices]]:
+    def flipped(self, block: CellBlock, here: Array) -> Iterator[tuple[Indices, Indices]]:
         """Rows with a corner that lost its sign, and others that may be negative inside."""
         if len(block.nodes) < SMALL:
             yield self._by_numpy(block, here)
@@ -57,7 +57,7 @@ class Sweep:
             yield first + np.flatnonzero(flags & FLIPPED), first + np.flatnonzero(flags == INSIDE)
 
     def doubtful(
-        self, block: Block, start: Array, move: Array, far: Callable[[], float]
+        self, block: CellBlock, start: Array, move: Array, far: Callable[[], float]
     ) -> Iterator[tuple[Indices, Indices]]:
         """Rows with a corner that may lose its volume up to an amplitude, and others inside.
 
@@ -77,7 +77,7 @@ class Sweep:
                 at = first + np.flatnonzero(flags & DOUBT), first + np.flatnonzero(flags & INSIDE)
                 yield at
 
-    def _by_numpy(self, block: Block, here: Array) -> tuple[Indices, Indices]:
+    def _by_numpy(self, block: CellBlock, here: Array) -> tuple[Indices, Indices]:
         """The same without a kernel, which would take longer to load: `flipped` of a few cells."""
         rows = np.flatnonzero(self.moved[block.nodes].any(axis=1))
         part, up = block[rows], None if self.flat or len(block.corners[0]) == 4 else self.rest
@@ -86,7 +86,7 @@ class Sweep:
         return rows[bad], rows[~bad]
 
 
-def _inside(block: Block) -> tuple[int, AnyArray]:
+def _inside(block: CellBlock) -> tuple[int, AnyArray]:
     """Kind of the cells for what the kernels know of their inside, and its table of edges."""
     return KINDS.get(block.type, 0), np.array(HEX_EDGES)
 
@@ -99,7 +99,7 @@ def still(array: AnyArray) -> AnyArray:
 
 
 def _batches(
-    kernel: Callable[..., None], block: Block, given: tuple[object, ...]
+    kernel: Callable[..., None], block: CellBlock, given: tuple[object, ...]
 ) -> Iterator[tuple[int, AnyArray]]:
     """First row and flags of each batch."""
     table, nodes = np.array(block.corners), still(block.nodes)

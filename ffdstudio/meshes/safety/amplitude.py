@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike
 from ffdstudio.aliases import Array, Indices
 from ffdstudio.errors import InputError
 from ffdstudio.meshes.measures.bezier import INSIDE
-from ffdstudio.meshes.measures.blocks import Block, blocks_of
+from ffdstudio.meshes.measures.blocks import CellBlock, blocks_of
 from ffdstudio.meshes.measures.corners import ROUNDING, edges, signs, unit
 from ffdstudio.meshes.measures.inversion import deformed
 from ffdstudio.meshes.measures.sweep import Sweep
@@ -85,7 +85,7 @@ class _Search:
         self.limit = np.inf
         self._doubts: dict[int, list[Indices]] = {}
 
-    def corners(self, block: Block) -> None:
+    def corners(self, block: CellBlock) -> None:
         """Look at the corners of cells; at some of them first, for an end to begin with."""
         step = max(len(block.nodes) // SAMPLE, 1)
         self._solve(block[::step])
@@ -94,11 +94,11 @@ class _Search:
             self._solve(block[corner])
             rows.append(inside)
 
-    def _solve(self, block: Block) -> None:
+    def _solve(self, block: CellBlock) -> None:
         found = _corners(block, self.sweep.rest, self.start, self.move, self.up)
         self.limit = min(self.limit, found)
 
-    def inside(self, block: Block) -> None:
+    def inside(self, block: CellBlock) -> None:
         """Look into the hexahedra and wedges that are not known to be valid up to the limit."""
         if block.type in INSIDE:
             rows = np.concatenate([np.empty(0, dtype=np.int64), *self._doubts[id(block)]])
@@ -106,7 +106,7 @@ class _Search:
                 self.limit = first_fold(block[rows], self.start, self.move, self.limit)
 
 
-def _corners(block: Block, rest: Array, start: Array, move: Array, up: Array | None) -> float:
+def _corners(block: CellBlock, rest: Array, start: Array, move: Array, up: Array | None) -> float:
     """Smallest amplitude at which a corner of these cells loses its volume."""
     limit = np.inf
     for piece in pieces(len(block.nodes), 65536):

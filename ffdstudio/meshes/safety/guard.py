@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike
 from ffdstudio.aliases import Array
 from ffdstudio.errors import InputError
 from ffdstudio.meshes.measures.bezier import INSIDE
-from ffdstudio.meshes.measures.blocks import Block, blocks_of
+from ffdstudio.meshes.measures.blocks import CellBlock, blocks_of
 from ffdstudio.meshes.measures.cell_coverage import coverage
 from ffdstudio.meshes.measures.corners import signs
 from ffdstudio.meshes.measures.inversion import deformed
@@ -99,7 +99,7 @@ class Guard:
 
             self._strained = Strained(mesh, start, b, self.region, limits)
 
-    def _collect(self, block: Block, rest: Array, up: Array | None) -> None:
+    def _collect(self, block: CellBlock, rest: Array, up: Array | None) -> None:
         for piece in pieces(len(block.nodes), PIECE):
             part = block[piece]
             sign = signs(part, rest, up)

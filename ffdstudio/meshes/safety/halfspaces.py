@@ -13,7 +13,7 @@ from __future__ import annotations
 import numpy as np
 
 from ffdstudio.aliases import Array, Indices
-from ffdstudio.meshes.measures.blocks import Block
+from ffdstudio.meshes.measures.blocks import CellBlock
 from ffdstudio.meshes.measures.corners import edges, unit
 from ffdstudio.meshes.measures.vectors import cross, dot, gathered, pieces
 
@@ -23,7 +23,7 @@ MANY = 20_000  # half-spaces that the hull is made of at once
 
 
 def corner_halfspaces(
-    block: Block, start: Array, influence: Array, signs: Array, up: Array | None
+    block: CellBlock, start: Array, influence: Array, signs: Array, up: Array | None
 ) -> tuple[Array, Indices]:
     """(m, 3) vectors h of the corners of cells, and the cells they belong to.
 

@@ -19,7 +19,7 @@ from ffdstudio.meshes.measures.bezier import (
     hex_edges,
     wedge_coefficients,
 )
-from ffdstudio.meshes.measures.blocks import Block
+from ffdstudio.meshes.measures.blocks import CellBlock
 from ffdstudio.meshes.measures.vectors import gathered, length, pieces, triple
 
 CUBIC = (
@@ -32,7 +32,7 @@ LEVELS, DEPTH, STEPS = 7, 3, 60
 FAR = 1024.0  # cell sizes a displacement is followed for if no corner sets an end
 
 
-def first_fold(block: Block, start: Array, move: Array, limit: float) -> float:
+def first_fold(block: CellBlock, start: Array, move: Array, limit: float) -> float:
     """Amplitude below `limit` at which the first cell folds inside, else `limit`."""
     parts = [block[piece] for piece in pieces(len(block.nodes))]
     end = limit if np.isfinite(limit) else min(_reach(p, start, move) for p in parts)
@@ -41,13 +41,13 @@ def first_fold(block: Block, start: Array, move: Array, limit: float) -> float:
     doubts = [part[~_steady(part, start, move, end)] for part in parts]
     nodes = np.concatenate([part.nodes for part in doubts])
     cells = np.concatenate([part.cells for part in doubts])
-    doubt = Block(block.type, nodes, cells)
+    doubt = CellBlock(block.type, nodes, cells)
     doubt = doubt[~folded(doubt, start)]  # folded from the start: nothing to lose
     found = _earliest(doubt, start, move, end)
     return limit if found >= end else float(found)
 
 
-def _reach(block: Block, start: Array, move: Array) -> float:
+def _reach(block: CellBlock, start: Array, move: Array) -> float:
     """Amplitude that distorts the fastest cell by `FAR` times its size; infinite if none is."""
     size = np.ptp(gathered(start, block.nodes), axis=1).max(axis=0)
     speed = np.ptp(gathered(move, block.nodes), axis=1).max(axis=0)
@@ -55,7 +55,7 @@ def _reach(block: Block, start: Array, move: Array) -> float:
     return float((FAR * size[some] / speed[some]).min(initial=np.inf))
 
 
-def _steady(block: Block, start: Array, move: Array, end: float) -> np.ndarray:
+def _steady(block: CellBlock, start: Array, move: Array, end: float) -> np.ndarray:
     """Whether hexahedra are valid up to `end` by a bound of the determinant (`bezier`, 3)."""
     if block.type != "hexahedron":
         return np.zeros(len(block.nodes), dtype=bool)
@@ -72,7 +72,7 @@ def _steady(block: Block, start: Array, move: Array, end: float) -> np.ndarray:
     return result
 
 
-def _earliest(block: Block, start: Array, move: Array, end: float) -> float:
+def _earliest(block: CellBlock, start: Array, move: Array, end: float) -> float:
     """Follow intervals (cell, a, b) from coarse to fine, then bisect the earliest fold."""
     cell = np.arange(len(block.nodes))
     a, b = np.zeros(len(cell)), np.full(len(cell), end)
@@ -97,17 +97,17 @@ def _earliest(block: Block, start: Array, move: Array, end: float) -> float:
     return bad
 
 
-def _at(block: Block, start: Array, move: Array, t: Array) -> Array:
+def _at(block: CellBlock, start: Array, move: Array, t: Array) -> Array:
     return gathered(start, block.nodes) + t * gathered(move, block.nodes)
 
 
-def _folded_at(block: Block, start: Array, move: Array, t: Array) -> np.ndarray:
+def _folded_at(block: CellBlock, start: Array, move: Array, t: Array) -> np.ndarray:
     x = _at(block, start, move, t)
     own = np.arange(x[0].size).reshape(x.shape[1:]).T
-    return folded(Block(block.type, own, block.cells), x.reshape(3, -1).T)
+    return folded(CellBlock(block.type, own, block.cells), x.reshape(3, -1).T)
 
 
-def _valid_between(block: Block, start: Array, move: Array, a: Array, b: Array) -> np.ndarray:
+def _valid_between(block: CellBlock, start: Array, move: Array, a: Array, b: Array) -> np.ndarray:
     """Whether all Bezier coefficients over the cells and the intervals [a, b] have one sign."""
     hexahedra = block.type == "hexahedron"
     of = hex_coefficients if hexahedra else wedge_coefficients

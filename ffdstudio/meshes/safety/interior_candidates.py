@@ -6,7 +6,7 @@ import numpy as np
 
 from ffdstudio.aliases import Array
 from ffdstudio.meshes.measures.bezier import folded, hex_coefficients, wedge_coefficients
-from ffdstudio.meshes.measures.blocks import Block
+from ffdstudio.meshes.measures.blocks import CellBlock
 from ffdstudio.meshes.measures.vectors import gathered, pieces
 from ffdstudio.meshes.safety.halfspaces import Region
 
@@ -16,13 +16,13 @@ class Tender:
 
     Attributes
     ----------
-    block : Block
+    block : CellBlock
         These cells.
     vectors : numpy.ndarray
         (cells, coefficients, 3) h of each coefficient: a bound, not a limit.
     """
 
-    def __init__(self, block: Block, start: Array, influence: Array, region: Region) -> None:
+    def __init__(self, block: CellBlock, start: Array, influence: Array, region: Region) -> None:
         rows, vectors = [], []
         for piece in pieces(len(block.nodes)):
             h = _bounds(block[piece], start, influence)
@@ -36,7 +36,7 @@ class Tender:
         sound = ~folded(self.block, start)
         self.block, self.vectors = self.block[sound], self.vectors[sound]
 
-    def candidates(self, direction: Array, amplitude: float) -> Block:
+    def candidates(self, direction: Array, amplitude: float) -> CellBlock:
         """Cells that might fold inside before this amplitude."""
         with np.errstate(invalid="ignore"):
             steepest = (self.vectors @ direction).max(axis=1, initial=0.0)
@@ -44,7 +44,7 @@ class Tender:
         return self.block[soon]
 
 
-def _bounds(block: Block, start: Array, influence: Array) -> Array:
+def _bounds(block: CellBlock, start: Array, influence: Array) -> Array:
     """(k, coefficients, 3) vectors h of the Bezier coefficients; not finite where undecided."""
     of = hex_coefficients if block.type == "hexahedron" else wedge_coefficients
     x, b = gathered(start, block.nodes), influence[block.nodes].T

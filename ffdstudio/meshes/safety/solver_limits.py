@@ -16,7 +16,7 @@ from ffdstudio.errors import InputError
 from ffdstudio.meshes.measures.evaluate import state_of
 from ffdstudio.meshes.measures.face_measures import Fabric
 from ffdstudio.meshes.measures.faces import Topology, topology_of
-from ffdstudio.meshes.measures.incremental import State
+from ffdstudio.meshes.measures.incremental import QualityState
 from ffdstudio.meshes.measures.vectors import length
 from ffdstudio.meshes.mesh import Faces, Mesh
 from ffdstudio.meshes.safety.halfspaces import Region
@@ -102,7 +102,7 @@ class Strained:
         return FAR * size / speed if speed > 0 else 0.0
 
 
-def _candidates(state: State, start: Array, influence: Array, region: Region) -> Indices:
+def _candidates(state: QualityState, start: Array, influence: Array, region: Region) -> Indices:
     """Sorted numbers of the cells to follow."""
     with state.lock:
         state.move(start)
@@ -126,7 +126,7 @@ def _top(values: Array, mask: np.ndarray) -> Indices:
     return cells[np.argpartition(-values[cells], CANDIDATES)[:CANDIDATES]]
 
 
-def _spread(state: State, influence: Array) -> Array:
+def _spread(state: QualityState, influence: Array) -> Array:
     """(cells,) difference of the largest and the least influence at the nodes of each cell."""
     b = state.blocks.extended(influence[:, None])[:, 0]
     out = np.zeros(state.blocks.count)

@@ -7,7 +7,7 @@ from typing import Any
 
 from ffdstudio.engine import Lattice
 from ffdstudio.optimize.fits.task import FitTask
-from ffdstudio.optimize.runs.record import History, Record
+from ffdstudio.optimize.runs.record import Record, RunHistory
 
 
 @dataclass
@@ -27,7 +27,7 @@ class FitResult:
     history : list of dict
         The same figures for each iterate.
     lattice, rest : Lattice
-    study : History
+    study : RunHistory
         All records.
     task : FitTask
         Source, target and figures, for plots.
@@ -46,7 +46,7 @@ class FitResult:
     history: list[dict[str, Any]] = field(repr=False)
     lattice: Lattice
     rest: Lattice
-    study: History = field(repr=False)
+    study: RunHistory = field(repr=False)
     task: FitTask = field(repr=False)
 
     def to_json(self) -> dict[str, Any]:
@@ -58,7 +58,7 @@ class FitResult:
         return {name: getattr(self, name) for name in names}
 
 
-def result_of(history: History, task: FitTask, seconds: float) -> FitResult:
+def result_of(history: RunHistory, task: FitTask, seconds: float) -> FitResult:
     """Result of a study that has ended."""
     figures = [_figures(record) for record in history.iterates]
     lattice = history.lattice(-1)

@@ -33,7 +33,7 @@ SHRUNK, SUFFICIENT = 12, 1e-4  # trials of a step, and the share of a decrease t
 ROUNDING = 1e-13  # of the extent: residuals that mean nothing
 
 
-class Model(NamedTuple):
+class QuadraticModel(NamedTuple):
     """Least squares |matrix step - right|^2 by its singular values."""
 
     right: Array
@@ -41,7 +41,7 @@ class Model(NamedTuple):
     directions: Array
 
     @classmethod
-    def of(cls, matrix: Array, right: Array) -> Model:
+    def of(cls, matrix: Array, right: Array) -> QuadraticModel:
         """Decompose, and cut small values off."""
         u, sigma, vt = np.linalg.svd(matrix, full_matrices=False)
         kept = sigma > RANK * sigma[0] if sigma[0] > 0 else np.zeros(len(sigma), dtype=bool)
@@ -91,15 +91,15 @@ def gauss_newton(problem: Problem, z: Array, memory: Memory) -> Ending:
             return CONVERGED
 
 
-def _model(problem: Problem, here: Trial, cost: Array | None) -> tuple[Model, float]:
+def _model(problem: Problem, here: Trial, cost: Array | None) -> tuple[QuadraticModel, float]:
     """Linear least squares around a trial, and the factor of displacements in it."""
     residuals, jacobian = linear(here)
     if cost is None:
-        return Model.of(jacobian, -residuals), 0.0
+        return QuadraticModel.of(jacobian, -residuals), 0.0
     factor = PULL * float(np.linalg.norm(residuals) / problem.extent) ** 1.5
     root = np.sqrt(factor)
     rows = np.vstack([jacobian, root * cost])
-    return Model.of(rows, np.concatenate([-residuals, -root * (cost @ here.z)])), factor
+    return QuadraticModel.of(rows, np.concatenate([-residuals, -root * (cost @ here.z)])), factor
 
 
 def _merit(trial: Trial, cost: Array | None, factor: float) -> float:
@@ -109,7 +109,12 @@ def _merit(trial: Trial, cost: Array | None, factor: float) -> float:
 
 
 def _better(
-    problem: Problem, here: Trial, model: Model, radius: float, cost: Array | None, factor: float
+    problem: Problem,
+    here: Trial,
+    model: QuadraticModel,
+    radius: float,
+    cost: Array | None,
+    factor: float,
 ) -> tuple[Trial | None, float]:
     """Trial of less cost within the region, which shrinks until there is one; and the region."""
     for _ in range(SHRUNK):

@@ -84,7 +84,7 @@ class Record:
         return fields
 
 
-class History:
+class RunHistory:
     """Records of a study, with the lattices of its iterates."""
 
     def __init__(self, records: list[Record] | None = None) -> None:
@@ -147,7 +147,7 @@ def unpack(stored: dict[str, Any]) -> Lattice:
         raise InputError(f"this is no lattice of a study's record: {error}") from error
 
 
-def read_log(folder: str | Path) -> History:
+def read_log(folder: str | Path) -> RunHistory:
     """History of a study that has ended, stopped, or is running in another process.
 
     Raises
@@ -155,7 +155,7 @@ def read_log(folder: str | Path) -> History:
     InputError
         If there is no log or a line is not one of ours.
     """
-    return History(list(_parsed(Path(folder) / LOG)))
+    return RunHistory(list(_parsed(Path(folder) / LOG)))
 
 
 def _parsed(path: Path) -> Iterator[Record]:

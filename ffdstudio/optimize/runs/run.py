@@ -35,9 +35,9 @@ from ffdstudio.optimize.refine.choice import choose, due, limit, rank
 from ffdstudio.optimize.refine.coarsen import coarsened
 from ffdstudio.optimize.refine.relocate import relocated
 from ffdstudio.optimize.runs.interruptions import Over, asking
-from ffdstudio.optimize.runs.record import History, Log, Record, pack
+from ffdstudio.optimize.runs.record import Log, Record, RunHistory, pack
 from ffdstudio.optimize.runs.solver import LevelProblem
-from ffdstudio.optimize.variables.level import Body, Level
+from ffdstudio.optimize.variables.level import EmbeddedBody, Level
 from ffdstudio.optimize.variables.metrics import Surface
 from ffdstudio.optimize.variables.space import DesignSpace, Insertion
 from ffdstudio.optimize.variables.weights import first_level
@@ -66,14 +66,14 @@ class _Kept(NamedTuple):
 class Run:
     """One run of a study; `to_the_end` does it."""
 
-    def __init__(self, study: Study, history: History, listener: Listener | None) -> None:
+    def __init__(self, study: Study, history: RunHistory, listener: Listener | None) -> None:
         self.task, self.refinement, self.budget = study.task, study.refinement, study.budget
         self.study, self.history = study, history
         self._log = Log(study.folder, study.resume)
         self._listener, self._began = listener, time.perf_counter()
         self._number, self._iteration = 0, 0
         self.counts, self.memory = Counts(), Memory()
-        body = Body(self.task.embedding, self._surface(), metric_named(self.task.metric))
+        body = EmbeddedBody(self.task.embedding, self._surface(), metric_named(self.task.metric))
         self.level = first_level(body, self.task.rules, self.task.current, self.task.knots)
         self._check_points()
         self._inserted, self._growing = list(self.task.knots), True
@@ -114,7 +114,7 @@ class Run:
             return task.surface
         points = task.embedding.points
         if task.current is not None:
-            body = Body(task.embedding, task.surface)
+            body = EmbeddedBody(task.embedding, task.surface)
             points = first_level(body, task.rules, task.current, task.knots).points
         return self._responding(task.surface, points)
 
@@ -255,7 +255,7 @@ class Run:
         if not body.metric.responds:
             return self.level
         points = self.level.at(z)
-        fresh = Body(body.embedding, self._responding(body.surface, points), body.metric)
+        fresh = EmbeddedBody(body.embedding, self._responding(body.surface, points), body.metric)
         return Level(fresh, self.level.space.around(self.level.white.matrix @ z), points)
 
     def _ended(self, ending: Ending) -> Ending:

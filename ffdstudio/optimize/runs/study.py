@@ -22,7 +22,7 @@ from ffdstudio.optimize.control import Control
 from ffdstudio.optimize.methods.base import MethodSpec
 from ffdstudio.optimize.objectives.base import Objective, Response
 from ffdstudio.optimize.refine.choice import Refinement
-from ffdstudio.optimize.runs.record import History
+from ffdstudio.optimize.runs.record import RunHistory
 from ffdstudio.optimize.runs.run import Listener, Run
 from ffdstudio.optimize.variables.metrics import Surface
 from ffdstudio.optimize.variables.rules import Rules
@@ -119,7 +119,7 @@ class Study:
         self.task, self.refinement, self.budget = task, refinement, budget or Budget()
         self.method = method_kind(method)() if isinstance(method, str) else method
         self.folder, self.resume = None if folder is None else Path(folder), resume
-        self.history = History()
+        self.history = RunHistory()
         self.control = Control()
 
     def pause(self) -> None:
@@ -138,7 +138,7 @@ class Study:
         """End at the next evaluation; the study can be resumed."""
         self.control.stop()
 
-    def run(self, listener: Listener | None = None) -> History:
+    def run(self, listener: Listener | None = None) -> RunHistory:
         """Run until it has ended or is stopped; returns the history.
 
         Raises
@@ -146,7 +146,7 @@ class Study:
         InputError
             If the objective fails at the start, or the log cannot be written.
         """
-        self.history = History()
+        self.history = RunHistory()
         try:
             Run(self, self.history, listener).to_the_end()
         finally:

@@ -28,7 +28,7 @@ BENDING = 1e-4  # of second differences across rows: mild enough to leave the er
 
 
 @dataclass(frozen=True)
-class Body:
+class EmbeddedBody:
     """The points that an objective sees: bound to a lattice, and connected to a surface.
 
     Attributes
@@ -56,7 +56,7 @@ class Body:
 class Level:
     """Variables z of one design space; z = 0 is the shape that the level began with."""
 
-    def __init__(self, body: Body, space: DesignSpace, points: Array) -> None:
+    def __init__(self, body: EmbeddedBody, space: DesignSpace, points: Array) -> None:
         self.body, self.space, self.points = body, space, points
         self.coordinates = self.moving()
         self.fields = self.tangent(np.zeros(space.size))
@@ -65,7 +65,7 @@ class Level:
         self.shapes = self.fields @ self.white.matrix
 
     @classmethod
-    def first(cls, body: Body, space: DesignSpace) -> Self:
+    def first(cls, body: EmbeddedBody, space: DesignSpace) -> Self:
         """Level of a space whose lattice may already be deformed."""
         shares = jacobian(space.lattice, body.embedding.parameters, body.embedding.inside)
         return cls(body, space, body.embedding.points + shares @ space.displacements)

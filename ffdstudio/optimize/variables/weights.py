@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 from ffdstudio.aliases import Array
 from ffdstudio.engine import Lattice
 from ffdstudio.errors import InputError
-from ffdstudio.optimize.variables.level import Body, Level
+from ffdstudio.optimize.variables.level import EmbeddedBody, Level
 from ffdstudio.optimize.variables.rules import Rules
 from ffdstudio.optimize.variables.space import DesignSpace, Insertion
 
@@ -144,7 +144,7 @@ class WeightedLevel(Level):
     space: WeightedSpace
 
     @classmethod
-    def first(cls, body: Body, space: DesignSpace) -> Self:
+    def first(cls, body: EmbeddedBody, space: DesignSpace) -> Self:
         """Level of a space whose lattice may already be deformed."""
         return cls(body, space, body.embedding.deform(space.lattice))
 
@@ -179,7 +179,7 @@ class WeightedLevel(Level):
 
 
 def first_level(
-    body: Body, rules: Rules, current: Lattice | None, knots: Sequence[Insertion]
+    body: EmbeddedBody, rules: Rules, current: Lattice | None, knots: Sequence[Insertion]
 ) -> Level:
     """Level that a study begins with, some knots being inserted."""
     kinds = (DesignSpace, Level) if rules.weights is None else (WeightedSpace, WeightedLevel)

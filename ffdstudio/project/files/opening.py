@@ -16,7 +16,7 @@ from ffdstudio.project.commands import OpenMesh
 from ffdstudio.project.files import references
 from ffdstudio.project.files.records import BodyRecord
 from ffdstudio.project.running import Progress, no_progress
-from ffdstudio.project.view.surface import Surface, surface_of
+from ffdstudio.project.view.surface import DisplaySurface, surface_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,7 +24,7 @@ class Opened:
     """A mesh that was read: the command that adds it, and what to draw of it."""
 
     command: OpenMesh
-    surface: Surface
+    surface: DisplaySurface
 
 
 def open_body(path: str | os.PathLike[str], progress: Progress = no_progress) -> Opened:

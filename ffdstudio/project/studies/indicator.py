@@ -14,7 +14,7 @@ from ffdstudio.optimize.methods.descent import Lbfgs
 from ffdstudio.optimize.refine.candidates import candidates
 from ffdstudio.optimize.refine.choice import Refinement
 from ffdstudio.optimize.runs.solver import LevelProblem
-from ffdstudio.optimize.variables.level import Body as Shape
+from ffdstudio.optimize.variables.level import EmbeddedBody as Shape
 from ffdstudio.optimize.variables.level import Level
 from ffdstudio.optimize.variables.space import DesignSpace
 from ffdstudio.project.model import LatticeItem, Model

@@ -9,21 +9,21 @@ from ffdstudio.meshes import Mesh
 from ffdstudio.project.followers import Follower
 from ffdstudio.project.model import LatticeItem
 from ffdstudio.project.running import Progress
-from ffdstudio.project.view.surface import Surface
-from ffdstudio.project.view.volume import Volume
+from ffdstudio.project.view.surface import DisplaySurface
+from ffdstudio.project.view.volume import DeformedVolume
 
 
-class Shown:
+class BodyView:
     """Surface, proxy and nodes of one mesh, each with its follower.
 
     Attributes
     ----------
-    surface : Surface
+    surface : DisplaySurface
     full, nodes : Follower
         Of the displayed points, and of all nodes of the mesh.
     proxy : Follower or None
         Of the rows that the proxy shows, if there is one.
-    volume : Volume or None
+    volume : DeformedVolume or None
         None while it is not up to date.
     expected : list of (Lattice, Lattice)
         The states of the lattices that `volume` is about, or will be.
@@ -33,7 +33,7 @@ class Shown:
         Whether somebody does.
     """
 
-    def __init__(self, mesh: Mesh, surface: Surface) -> None:
+    def __init__(self, mesh: Mesh, surface: DisplaySurface) -> None:
         self.mesh = mesh
         self.surface = surface
         everything = len(surface.nodes) == len(mesh.points)
@@ -42,7 +42,7 @@ class Shown:
         self.proxy = None
         if surface.proxy is not None:
             self.proxy = Follower(self.full.points[surface.proxy.rows])
-        self.volume: Volume | None = None
+        self.volume: DeformedVolume | None = None
         self.expected: list[tuple[Lattice, Lattice]] | None = None
         self.outdated = True
         self.checking = False

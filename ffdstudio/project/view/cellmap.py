@@ -8,12 +8,12 @@ from ffdstudio.aliases import Indices
 from ffdstudio.meshes import Mesh
 from ffdstudio.meshes.measures.blocks import blocks_of
 from ffdstudio.meshes.measures.faces import topology_of
-from ffdstudio.project.view.surface import Surface
+from ffdstudio.project.view.surface import DisplaySurface
 
 NO_CELL = -1
 
 
-def cells_of(mesh: Mesh, surface: Surface) -> Indices:
+def cells_of(mesh: Mesh, surface: DisplaySurface) -> Indices:
     """(p,) number of the cell of each polygon of a surface, as quality reports count; -1 for none.
 
     The polygons of a plane mesh or a surface are its cells, those of a volume mesh the outer

@@ -7,19 +7,19 @@ from numpy.typing import NDArray
 
 from ffdstudio.aliases import Array
 from ffdstudio.engine import Lattice
-from ffdstudio.project.view.surface import Surface
+from ffdstudio.project.view.surface import DisplaySurface
 
 ON_FACE = 1e-9  # of the diagonal: what is nearer to a face than that lies on it
 
 
-def ring(lattice: Lattice, surface: Surface, rest: Array, now: Array) -> Array:
+def ring(lattice: Lattice, surface: DisplaySurface, rest: Array, now: Array) -> Array:
     """(s, 2, 3) line segments on a surface where it leaves a box lattice.
 
     Parameters
     ----------
     lattice : Lattice
         Undeformed.
-    surface : Surface
+    surface : DisplaySurface
     rest, now : numpy.ndarray
         (m, 3) displayed points as the lattice was laid around them, and where they are.
 
@@ -64,7 +64,7 @@ def _leaving(inner: Array, outer: Array, low: Array, high: Array) -> Array:
     return np.asarray(np.clip(share, 0.0, 1.0).min(axis=1))
 
 
-def _triangles(surface: Surface) -> NDArray[np.int64]:
+def _triangles(surface: DisplaySurface) -> NDArray[np.int64]:
     """(t, 3) displayed points: the polygons, fanned out."""
     sizes = np.diff(surface.offsets)
     begin = surface.offsets[:-1]

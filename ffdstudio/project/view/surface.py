@@ -42,7 +42,7 @@ class Proxy:
 
 
 @dataclass(frozen=True, eq=False)
-class Surface:
+class DisplaySurface:
     """What is drawn of a mesh.
 
     Attributes
@@ -80,7 +80,7 @@ class Surface:
         return np.unique(np.concatenate([self.connectivity[polygon], on_lines]))
 
 
-def surface_of(mesh: Mesh, proxy_above: int = PROXY_ABOVE) -> Surface:
+def surface_of(mesh: Mesh, proxy_above: int = PROXY_ABOVE) -> DisplaySurface:
     """Extract what to draw of a mesh.
 
     Examples
@@ -106,9 +106,9 @@ def surface_of(mesh: Mesh, proxy_above: int = PROXY_ABOVE) -> Surface:
     drawn = (connectivity, offsets, row_of[lines], polygon_marker, of_lines)
     surface = (nodes, *drawn, names, volume)
     if len(nodes) <= proxy_above:
-        return Surface(*surface)
+        return DisplaySurface(*surface)
     rows = [row_of[block] for block in polygons]
-    return Surface(*surface, proxy=cluster(mesh.points[nodes], rows, row_of[lines]))
+    return DisplaySurface(*surface, proxy=cluster(mesh.points[nodes], rows, row_of[lines]))
 
 
 def _used(blocks: list[Indices], count: int) -> Indices:

@@ -15,7 +15,7 @@ from ffdstudio.project.running import Progress, no_progress
 
 
 @dataclass(frozen=True, eq=False)
-class Volume:
+class DeformedVolume:
     """A body as deformed.
 
     Attributes
@@ -51,7 +51,7 @@ def work_out(
     nodes: Follower,
     lattices: Sequence[LatticeItem],
     progress: Progress = no_progress,
-) -> Volume:
+) -> DeformedVolume:
     """Move all nodes of a mesh and look for inverted cells."""
     from ffdstudio.meshes import coverage, inverted
 
@@ -62,4 +62,4 @@ def work_out(
     if countable(mesh):
         count = inverted(mesh, points).count if moved else 0
         seen = coverage(mesh)
-    return Volume(points, moved, count, tuple(broken(mesh, points)) if moved else (), seen)
+    return DeformedVolume(points, moved, count, tuple(broken(mesh, points)) if moved else (), seen)
