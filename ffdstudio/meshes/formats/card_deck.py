@@ -15,7 +15,9 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from ffdstudio.aliases import AnyArray, Array, Indices
+from ffdstudio.aliases import AnyArray, Array, Indices, Mask
+from ffdstudio.errors import InputError
+from ffdstudio.meshes.formats.nastran_lines import lines_of
 from ffdstudio.meshes.formats.number_table import first_wrong, numbers
 from ffdstudio.meshes.formats.source import Source
 
@@ -27,9 +29,32 @@ WIDTH = 16
 
 @dataclass(frozen=True, eq=False)
 class Deck:
-    """The lines of one file."""
+    """The lines of one file.
+
+    `source` holds them with tabs expanded and repeated cards written out, `raw` is the file;
+    ``spans[i]`` is where line i stands in it.
+    """
 
     source: Source
+    raw: bytes
+    spans: Indices
+
+    @classmethod
+    def of(cls, source: Source) -> Deck:
+        """Deck of a file."""
+        text, spans = lines_of(source)
+        return cls(Source(source.path, text), source.data, spans)
+
+    def error(self, line: int, message: str) -> InputError:
+        """Make the error to raise for a line."""
+        return Source(self.source.path, self.raw).error(int(self.spans[line, 0]), message)
+
+    def last_lines(self, lines: Indices, large: Mask) -> Indices:
+        """(lines,) the last line of each GRID card; a GRID* without z has one line."""
+        last = lines.copy()
+        wide = np.flatnonzero(large)
+        last[wide] = np.maximum(self.continuation(lines[wide], large[wide]), lines[wide])
+        return last
 
     @cached_property
     def letters(self) -> Letters:
@@ -119,9 +144,9 @@ class Deck:
                 continue
             if goes_on[row] or wanted[0] in PLUS_OR_STAR or name in self._continued:
                 shown = wanted.decode("latin-1").strip()
-                place = int(self.begins[lines[row]])
-                raise self.source.error(
-                    place, f"the next line is not the continuation of this card, {shown}"
+                raise self.error(
+                    int(lines[row]),
+                    f"the next line is not the continuation of this card, {shown}",
                 )
         return np.where(goes_on, rows, -1)
 
@@ -149,9 +174,6 @@ class Deck:
         width = 16 if large else 8
         many = 64 // width
         text = self.columns(lines, 8, 72).reshape(len(lines), many, width)
-        if np.any((text == 9) & ~self.is_free[lines][:, None, None]):
-            bad = np.flatnonzero((text == 9).any(axis=(1, 2)) & ~self.is_free[lines])[0]
-            raise self.source.error(int(self.begins[lines[bad]]), "tabs between fields")
         padded = np.full((len(lines), many, WIDTH), BLANK, dtype=np.uint8)
         padded[:, :, :width] = text
         for row in np.flatnonzero(self.is_free[lines]):
@@ -162,7 +184,7 @@ class Deck:
         words = self._words(line)[1 : many + 1]
         long = [word for word in words if len(word) > WIDTH]
         if long:
-            raise self.source.error(int(self.begins[line]), f"field {long[0][:20]!r} is too long")
+            raise self.error(line, f"field {long[0][:20]!r} is too long")
         joined = b"".join(word.ljust(WIDTH) for word in words).ljust(many * WIDTH)
         return np.frombuffer(joined, dtype=np.uint8).reshape(many, WIDTH)
 
@@ -209,6 +231,5 @@ def _parsed(deck: Deck, lines: Indices, text: Letters, dtype: type) -> AnyArray:
     if values is None or len(values) != len(text) or not np.isfinite(values).all():
         bad = first_wrong(len(rows), lambda i, j: rows[i:j][rows[i:j] != 0].tobytes(), dtype)
         shown = text[bad][text[bad] != 0].tobytes().decode("latin-1").strip()
-        place = int(deck.begins[lines[bad]])
-        raise deck.source.error(place, f"expected a number in a field, found {shown!r}")
+        raise deck.error(int(lines[bad]), f"expected a number in a field, found {shown!r}")
     return values

@@ -7,60 +7,83 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ffdstudio.aliases import Array, Indices
+from ffdstudio.aliases import Array, Indices, Mask
 from ffdstudio.meshes.formats.card_deck import WIDTH, Deck, Letters
-from ffdstudio.meshes.formats.patch import changed
+from ffdstudio.meshes.formats.nastran_reals import sixteen
 
 COMMENT = re.compile(rb"\$([^\r\n]*)")
 
 
 @dataclass(frozen=True, eq=False)
 class Grids:
-    """GRID cards of one file: identifiers, coordinates, lines and whether fields are large."""
+    """GRID cards of one file: identifiers, coordinates, lines and whether fields are large.
+
+    `points` are (k, 3) as in the file, in the frames `frames`; a node has several cards where
+    a deck repeats one. `section` tells sections of bulk data apart.
+    """
 
     deck: Deck
     relative: str  # name of the file as seen from the deck, "" for the deck itself
     ids: Indices
     points: Array
     lines: Indices
-    large: np.ndarray
+    large: Mask
+    frames: Indices
+    section: Indices
 
-    def patched(self, points: Array) -> bytes:
-        """File content with these coordinates."""
-        data, begins = self.deck.source.data, self.deck.begins
-        moved = changed(self.points, points)
+    def patched(self, points: Array, moved: Mask) -> bytes:
+        """File content with these (k, 3) coordinates where (k, 3) `moved` says so."""
         rows = np.flatnonzero(moved.any(axis=1))
         if not len(rows):
-            return data
-        lines, large = self.lines[rows], self.large[rows]
-        fields = grid_fields(self.deck, lines, large)
-        last = np.where(large, self.deck.continuation(lines, large), lines)
-        last = np.maximum(last, lines)  # a GRID* without z has one line
+            return self.deck.raw
+        cards = self._cards(rows, points, moved)
+        last = self.deck.last_lines(self.lines, self.large)
         pieces, at = [], 0
-        for row, begin, end, old in zip(
-            rows.tolist(),
-            begins[lines].tolist(),
-            begins[last + 1].tolist(),
-            fields,
-            strict=True,
-        ):
+        for begin, end, members in self._places(rows):
+            pieces.append(self.deck.raw[at:begin])
+            old = self.deck.raw[begin:end]
+            ending = b"\r\n" if b"\r\n" in old else b"\n"
+            pieces += [b"$" + part + ending for part in COMMENT.findall(old)]
+            texts = [cards.get(row) or self._text(row, last[row]) for row in members]
+            texts = [text.replace(b"\r\n", b"\n").replace(b"\n", ending) for text in texts]
+            joined = ending.join(texts)
+            pieces.append(joined + (ending if old.endswith(b"\n") else b""))
+            at = end
+        return b"".join([*pieces, self.deck.raw[at:]])
+
+    def _text(self, row: int, last: int) -> bytes:
+        """Card that does not move, in a group in which another one does."""
+        begins = self.deck.begins
+        return self.deck.source.data[begins[self.lines[row]] : begins[last + 1]].rstrip()
+
+    def _places(self, rows: Indices) -> list[tuple[int, int, list[int]]]:
+        """Begin and end in the file of what is replaced, and the cards that stand there."""
+        last = self.deck.last_lines(self.lines, self.large)
+        begins, ends = self.deck.spans[self.lines, 0], self.deck.spans[last, 1]
+        found: dict[int, tuple[int, list[int]]] = {}
+        for row in np.flatnonzero(np.isin(begins, begins[rows])).tolist():
+            end, members = found.get(int(begins[row]), (0, []))
+            found[int(begins[row])] = max(end, int(ends[row])), [*members, row]
+        return [(begin, end, members) for begin, (end, members) in sorted(found.items())]
+
+    def _cards(self, rows: Indices, points: Array, moved: Mask) -> dict[int, bytes]:
+        """New cards of the rows that move."""
+        fields = grid_fields(self.deck, self.lines[rows], self.large[rows])
+        found = {}
+        for row, old in zip(rows.tolist(), fields, strict=True):
             texts = [old[k].tobytes().strip() for k in range(8)]
             for axis in np.flatnonzero(moved[row]).tolist():
                 texts[2 + axis] = sixteen(float(points[row, axis])).encode()
-            pieces += [data[at:begin], _card(texts, data[begin:end])]
-            at = end
-        return b"".join([*pieces, data[at:]])
+            found[row] = _card(texts)
+        return found
 
 
-def _card(texts: list[bytes], old: bytes) -> bytes:
-    """GRID* card in two lines from its eight fields; comments of the old lines stand before it."""
+def _card(texts: list[bytes]) -> bytes:
+    """GRID* card in two lines from its eight fields."""
     first = b"GRID*   " + b"".join(text.ljust(WIDTH) for text in texts[:2])
     first += b"".join(text.rjust(WIDTH) for text in texts[2:4]) + b"*"
     second = b"*       " + b"".join(text.rjust(WIDTH) for text in texts[4:8])
-    ending = b"\r\n" if b"\r\n" in old else b"\n"
-    comments = [b"$" + part for part in COMMENT.findall(old)]
-    text = ending.join([*comments, first, second.rstrip()])
-    return text + (ending if old.endswith(b"\n") else b"")
+    return first + b"\n" + second.rstrip()
 
 
 def grid_fields(deck: Deck, lines: Indices, large: np.ndarray) -> Letters:
@@ -74,46 +97,3 @@ def grid_fields(deck: Deck, lines: Indices, large: np.ndarray) -> Letters:
         rest[goes_on] = deck.fields(following[goes_on], large=True)
         found[wide] = np.concatenate([deck.fields(lines[wide], large=True), rest], axis=1)
     return found
-
-
-def sixteen(value: float) -> str:
-    """Real number in at most 16 characters, the closest that Nastran's notation allows.
-
-    Examples
-    --------
-    >>> sixteen(-1 / 3), sixteen(1e-5 / 3), sixteen(2.0)
-    ('-.33333333333333', '3.333333333333-6', '2.')
-    """
-    short = _compact(repr(value))
-    if len(short) <= WIDTH:
-        return short
-    fits = [text for form in "fe" if (text := _longest(value, form))]
-    return min(fits, key=lambda text: abs(float(plain(text)) - value))
-
-
-def _longest(value: float, form: str) -> str:
-    """Text with as many digits as fit, fixed (f) or with an exponent (e); empty if none does."""
-    for digits in range(15, 3, -1):
-        text = _compact(f"{value:.{digits}{form}}")
-        if len(text) <= WIDTH:
-            return text
-    return ""
-
-
-def _compact(text: str) -> str:
-    """Drop the zero before the point and the E of the exponent, as Nastran allows."""
-    mantissa, _, exponent = text.partition("e")
-    if "." not in mantissa:
-        mantissa += "."
-    mantissa = re.sub(r"^(-?)0\.(?=\d)", r"\1.", mantissa)
-    mantissa = re.sub(r"(?<=\d)0+$", "", mantissa) if "." in mantissa else mantissa
-    if mantissa.endswith(".0"):
-        mantissa = mantissa[:-1]
-    if mantissa.strip("-") == ".":
-        mantissa = "0."
-    return mantissa + (f"{int(exponent):+d}" if exponent else "")
-
-
-def plain(text: str) -> str:
-    """Nastran's real as others write it."""
-    return re.sub(r"(?<=[\d.])([+-])", r"e\1", text)
