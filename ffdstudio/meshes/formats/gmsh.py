@@ -166,9 +166,9 @@ def _layout(source: Source, sections: dict[str, tuple[int, int]]) -> GmshLayout:
 
     if "NOD" in sections:
         return gmsh_text.Old(source, sections, 1)
-    if "Format" not in sections:
-        raise source.failure("there is neither $Format nor $NOD: not a Gmsh mesh?")
-    begin, _ = sections["Format"]
+    if "MeshFormat" not in sections:
+        raise source.failure("there is neither $MeshFormat nor $NOD: not a Gmsh mesh?")
+    begin, _ = sections["MeshFormat"]
     end = source.line_end(begin)
     words = source.data[begin:end].split()
     if len(words) < 3:
