@@ -204,7 +204,7 @@ def test_the_flow_metric_needs_a_flow_or_the_response_of_one():
         Study(job).run()
     job.response = lambda points: pressure_response(points, [0.0])
     history = Study(job).run()
-    assert history.iterates[0].flow == 3  # those of the response
+    assert history.iterates[0].flow == 4  # the flow, and three for its response
     assert history.iterates[-1].cost < 0.1 * history.iterates[0].cost
 
 

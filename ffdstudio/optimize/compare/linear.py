@@ -8,6 +8,7 @@ from ffdstudio.aliases import Array
 from ffdstudio.optimize.budget import Budget, BudgetSpent
 from ffdstudio.optimize.catalog.metrics import metric_named
 from ffdstudio.optimize.ending import Ending
+from ffdstudio.optimize.flow.panel import forget_flows
 from ffdstudio.optimize.methods.descent import lbfgs
 from ffdstudio.optimize.methods.problem import Memory, Trial
 from ffdstudio.optimize.objectives.base import Objective, Request
@@ -27,6 +28,7 @@ class LinearProblem:
     """
 
     def __init__(self, objective: Objective, points: Array, fields: Array, metric: str) -> None:
+        forget_flows()
         self.objective, self.points = objective, points
         self.path: list[tuple[int, float]] = []
         self.solves, self.evaluations, self.budget = 0, 0, Budget()

@@ -302,6 +302,11 @@ def flow_about(nodes: ArrayLike, angles: tuple[float, ...]) -> PanelFlow:
     return known[angles]
 
 
+def is_solved(nodes: ArrayLike) -> bool:
+    """Whether the flow about a contour is remembered: asking for it costs nothing."""
+    return np.ascontiguousarray(nodes, dtype=np.float64).tobytes() in _memory.flows
+
+
 def forget_flows() -> None:
     """Begin afresh: two runs of a study give the same bits, whatever was solved before."""
     _memory.flows.clear()

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ffdstudio.aliases import Array
-from ffdstudio.optimize.flow.panel import JACOBIAN_SOLVES, flow_about
+from ffdstudio.optimize.flow.panel import JACOBIAN_SOLVES, flow_about, is_solved
 from ffdstudio.optimize.objectives.base import Response
 
 
@@ -30,8 +30,9 @@ def pressure_response(points: Array, angles: Sequence[float]) -> Response:
     >>> pressure_response(sampled("naca0012", 41), [0.0, 2.0]).matrix.shape
     (80, 123)
     """
+    new = not is_solved(points)
     by_nodes = flow_about(points, tuple(angles)).pressure_jacobian()
     angles_, panels, nodes, _ = by_nodes.shape
     matrix = np.zeros((angles_ * panels, nodes, 3))
     matrix[..., :2] = by_nodes.reshape(-1, nodes, 2) / np.sqrt(angles_ * panels)
-    return Response(matrix.reshape(len(matrix), -1), JACOBIAN_SOLVES * angles_)
+    return Response(matrix.reshape(len(matrix), -1), JACOBIAN_SOLVES * angles_ + new)

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from ffdstudio.aliases import Array
 from ffdstudio.errors import InputError
-from ffdstudio.optimize.flow.panel import PanelFlow, flow_about
+from ffdstudio.optimize.flow.panel import PanelFlow, flow_about, is_solved
 from ffdstudio.optimize.flow.response import pressure_response
 from ffdstudio.optimize.objectives.base import Abilities, Evaluation, Objective, Request, Response
 
@@ -82,6 +82,7 @@ class FlowTarget(Objective):
 
     def answer(self, request: Request) -> Evaluation:
         """See `Objective`."""
+        new = not is_solved(request.points)
         flow = flow_about(request.points, tuple(self.angles))
         lift, moment = flow.lift(), flow.moment()
         gaps = {
@@ -92,7 +93,7 @@ class FlowTarget(Objective):
         known = {k: g for k, g in gaps.items() if g is not None}
         slopes = {k: self._slope(k, g) for k, g in known.items()}
         value = sum(0.5 * float((g * slopes[k]).sum()) for k, g in known.items())
-        result = Evaluation(value, flow=1)
+        result = Evaluation(value, flow=int(new))
         for k, angle in enumerate(self.angles):
             result.measures |= {f"cl@{angle:g}": float(lift[k]), f"cm@{angle:g}": float(moment[k])}
         if request.gradient:

@@ -55,6 +55,14 @@ def relocated(
     return nearest_level(level, with_knots(first, places), sensitivity, wanted), places
 
 
+def present_level(level: Level, space: DesignSpace, sensitivity: Sensitivity, z: Array) -> Level:
+    """Level of another space at its shape nearest to that of a level at z."""
+    rest = level.body.embedding.points
+    present = sensitivity.measure(level.flat(level.at(z) - rest)[:, None])[:, 0]
+    around_rest = replace(space, lattice=space.rest)
+    return nearest_level(level, around_rest, sensitivity, present)
+
+
 def nearest_level(
     level: Level, space: DesignSpace, sensitivity: Sensitivity, wanted: Array
 ) -> Level:

@@ -33,7 +33,7 @@ from ffdstudio.optimize.objectives.failures import EvaluationError
 from ffdstudio.optimize.refine.candidates import Guards
 from ffdstudio.optimize.refine.choice import choose, due, limit, rank
 from ffdstudio.optimize.refine.coarsen import coarsened
-from ffdstudio.optimize.refine.relocate import relocated
+from ffdstudio.optimize.refine.relocate import present_level, relocated
 from ffdstudio.optimize.runs.interruptions import Over, asking
 from ffdstudio.optimize.runs.record import Log, Record, RunHistory, pack
 from ffdstudio.optimize.runs.solver import LevelProblem
@@ -61,6 +61,7 @@ class _Kept(NamedTuple):
     best: Trial
     inserted: list[Insertion]
     problem: LevelProblem
+    memory: Memory
 
 
 class Run:
@@ -71,6 +72,7 @@ class Run:
         self.study, self.history = study, history
         self._log = Log(study.folder, study.resume)
         self._listener, self._began = listener, time.perf_counter()
+        forget_flows()
         self._number, self._iteration = 0, 0
         self.counts, self.memory = Counts(), Memory()
         body = EmbeddedBody(self.task.embedding, self._surface(), metric_named(self.task.metric))
@@ -79,6 +81,7 @@ class Run:
         self._inserted, self._growing = list(self.task.knots), True
         self._reached: Trial | None = None
         self._limit = ""
+        self._cautious: Callable[[], Level] | None = None
         self._moving, self._moves = bool(self.refinement and self.refinement.relocate), 0
         self.best: Trial
 
@@ -86,7 +89,6 @@ class Run:
         """Run until the study has ended or is stopped."""
         from threadpoolctl import threadpool_limits  # type: ignore[import-untyped]
 
-        forget_flows()
         try:
             with threadpool_limits(1, user_api="blas"):  # see 2
                 ending = self._coarsened(self._levels_or_over())
@@ -144,7 +146,8 @@ class Run:
                 and self.problem.merit(kept.best) < self.problem.merit(self.best)
             ):
                 self._go_back(kept)
-                self._moving = False
+                kept, over = None, not ending.on_a_level  # where it was left it goes on
+                self._moving, self._reached = False, self.best
             if not over:
                 continue
             if self._moving and ending.on_a_level and self._inserted:
@@ -203,10 +206,10 @@ class Run:
         return max(self.problem.slacks.violations(points).values(), default=0.0)
 
     def _kept(self) -> _Kept:
-        return _Kept(self.level, self.best, self._inserted, self.problem)
+        return _Kept(self.level, self.best, self._inserted, self.problem, self.memory)
 
     def _go_back(self, kept: _Kept) -> None:
-        self.level, self.best, self._inserted, self.problem = kept
+        self.level, self.best, self._inserted, self.problem, self.memory = kept
 
     def _begin_anew(self, note: str) -> None:
         """Record a level that does not hold the shape before: nothing is carried into it."""
@@ -234,16 +237,19 @@ class Run:
 
     def _relocate(self) -> _Kept:
         """Move the inserted knots; returns what to go back to if that does not help."""
-        settings, kept = self.refinement, self._kept()
+        settings, kept, self._left = self.refinement, self._kept(), self.best
         assert settings is not None
         first, z = DesignSpace.of(self.task.embedding.lattice, self.task.rules), self.best.z
         with asking():
             level = self._refreshed(z)
             sensitivity = self.problem.sensitivity(self.best, level)
+            z = z * (level is self.level)
             self.level, self._inserted = relocated(
-                first, self._inserted, level, sensitivity, z * (level is self.level),
-                settings.guards, settings.sweeps, settings.places,
+                first, self._inserted, level, sensitivity, z, settings.guards, settings.sweeps,
+                settings.places,
             )  # fmt: skip
+        space = self.level.space
+        self._cautious = lambda: present_level(level, space, sensitivity, z)
         self._moves += 1
         self._moving = self._moves < settings.relocate
         self._begin_anew("relocated: " + ", ".join(_told(c) for c in self._inserted))
@@ -264,15 +270,20 @@ class Run:
             self._iterate(self.best)  # what a stopped line search had found, or was better before
         return ending
 
+    def _problem(self) -> LevelProblem:
+        problem = LevelProblem(self.level, self.task, self.counts, self.study.method)
+        problem.stopped = self.study.control.stopping
+        problem.on_trial = self._evaluated
+        problem.on_report = self._reported
+        problem.on_difference = self._differenced
+        problem.budget = self.budget
+        return problem
+
     def _open_level(self) -> Array:
         self._values: list[float] = []
-        self.problem = LevelProblem(self.level, self.task, self.counts, self.study.method)
-        self.problem.stopped = self.study.control.stopping
-        self.problem.on_trial = self._evaluated
-        self.problem.on_report = self._reported
-        self.problem.on_difference = self._differenced
-        self.problem.budget = self.budget
+        self.problem = self._problem()
         self.best = self.problem.start(self._reached)
+        self._be_cautious()
         if self._number == 0:
             self._iterate(self.best)
             self.study.control.check()
@@ -280,6 +291,14 @@ class Run:
         if self._number == 0 and not self.task.constraints:
             self.budget.check_cost(self.best.value)
         return self.best.z
+
+    def _be_cautious(self) -> None:
+        """Take the shape that was left, in the moved lattice, where the step made it worse."""
+        make, self._cautious = self._cautious, None
+        if make is not None and self.problem.merit(self.best) > self.problem.merit(self._left):
+            self.level = make()
+            self.problem = self._problem()
+            self.best = self.problem.start(None)
 
     def _refine(self) -> list[Insertion]:
         settings = self.refinement
