@@ -39,6 +39,8 @@ def run(args: argparse.Namespace) -> int:
     if len(content.blocks) > 1 and args.block is None:
         names = ", ".join(content.blocks)
         note(f"{args.lattice} holds {len(content.blocks)} lattices ({names}); the first is taken")
+    for text in content.notes:
+        note(f"warning: {args.lattice}: {text}")
     exactness = write_lattice(
         args.out,
         content.rest,
@@ -54,6 +56,7 @@ def run(args: argparse.Namespace) -> int:
         "shape": content.rest.shape,
         "degrees": content.rest.degrees,
         "blocks": content.blocks,
+        "notes": content.notes,
         "import": vars(content.exactness),
         "export": vars(exactness),
     }

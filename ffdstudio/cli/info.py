@@ -60,6 +60,7 @@ def of_lattice(path: str) -> dict[str, Any]:
         "open_faces": [face_name(face) for face in content.open_faces],
         "units": content.units,
         "blocks": content.blocks,
+        "notes": content.notes,
     }
 
 

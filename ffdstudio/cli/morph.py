@@ -126,6 +126,8 @@ def run(args: argparse.Namespace) -> int:
     content = read_lattice_file(lattice_file, args.block)
     if len(content.blocks) > 1 and args.block is None:
         note(f"{lattice_file} holds {len(content.blocks)} lattices; the first is taken (--block)")
+    for text in content.notes:
+        note(f"warning: {lattice_file}: {text}")
     with naming(lattice_file):
         refuse_tangled(content.rest)
     rest, current, held = edited(content, args.move, args.weight, args.frozen)

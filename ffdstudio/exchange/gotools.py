@@ -18,6 +18,7 @@ from ffdstudio.exchange.conversion import ConversionRules, adapted
 from ffdstudio.exchange.latticefile import Exactness, LatticeFile
 from ffdstudio.exchange.nets import from_rows, own_axes, to_rows
 from ffdstudio.exchange.text import chosen, integer, naming, tokens, vector
+from ffdstudio.exchange.ties import untied
 from ffdstudio.files import write_bytes
 from ffdstudio.limits import check_control_points
 
@@ -39,8 +40,10 @@ def read(data: bytes, name: str, block: int | str | None = None) -> LatticeFile:
         with naming(name):
             lattices.append(_object(words))
     names = tuple(str(k) for k in range(len(lattices)))
-    lattice = lattices[chosen(names, block, name, "object")]
-    return LatticeFile(lattice, lattice, format="gotools", blocks=names)
+    index = chosen(names, block, name, "object")
+    lattice = lattices[index]
+    told = untied([each.control_points for each in lattices], names, index, "object")
+    return LatticeFile(lattice, lattice, format="gotools", blocks=names, notes=told)
 
 
 def write(path: Path, content: LatticeFile, adapt: str = "refuse") -> Exactness:

@@ -61,6 +61,9 @@ class LatticeFile:
     open_faces : tuple of tuple of int
         Direction and side, 0 or 1, of the faces without frozen layers; the two of a periodic
         direction, which has no faces, are always among them.
+    notes : tuple of str
+        What the file says besides and is not taken over, and how this lattice belongs to others
+        that do not follow it: to be told before anything moves.
 
     Examples
     --------
@@ -81,6 +84,7 @@ class LatticeFile:
     format: str = ""
     blocks: tuple[str, ...] = ()
     open_faces: tuple[tuple[int, ...], ...] = ()
+    notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         for lattice in (self.rest, self.current):

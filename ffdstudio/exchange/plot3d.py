@@ -16,7 +16,9 @@ from ffdstudio.errors import InputError
 from ffdstudio.exchange.conversion import ConversionRules, adapted
 from ffdstudio.exchange.latticefile import Exactness, LatticeFile
 from ffdstudio.exchange.text import chosen, integer, naming, tokens, vector
+from ffdstudio.exchange.ties import untied
 from ffdstudio.files import write_bytes
+from ffdstudio.limits import check_control_points
 
 
 def _degree(count: int, degree: int) -> int:
@@ -46,13 +48,18 @@ def read(data: bytes, name: str, block: int | str | None = None) -> LatticeFile:
         )
     names = tuple(str(k) for k in range(len(sizes)))
     index = chosen(names, block, name, "block")
-    start += sum(counts[:index])
-    values = vector(words[start : start + counts[index]], name)
-    net = values.reshape(3, *reversed(sizes[index])).T
+    with naming(f"{name}: block {index}"):
+        check_control_points(sizes[index])
+    values, ends = vector(words[start:], name), np.cumsum([0, *counts])
+    nets = [
+        values[ends[k] : ends[k + 1]].reshape(3, *reversed(size)).T for k, size in enumerate(sizes)
+    ]
+    net = nets[index]
     with naming(f"{name}: block {index}"):
         lattice = _lattice(net)
     note = Exactness(True, "knots as pyGeo implies them: uniform, of degree min(3, n - 1)")
-    return LatticeFile(lattice, lattice, exactness=note, format="plot3d", blocks=names)
+    told = untied(nets, names, index, "block")
+    return LatticeFile(lattice, lattice, exactness=note, format="plot3d", blocks=names, notes=told)
 
 
 def write(path: Path, content: LatticeFile, adapt: str = "refuse") -> Exactness:

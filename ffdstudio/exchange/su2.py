@@ -23,6 +23,7 @@ from ffdstudio.exchange.conversion import ConversionRules, adapted
 from ffdstudio.exchange.latticefile import Exactness, LatticeFile
 from ffdstudio.exchange.su2text import Box
 from ffdstudio.exchange.text import chosen, naming
+from ffdstudio.exchange.ties import untied
 from ffdstudio.files import read_bytes, sources_kept, write_bytes
 from ffdstudio.meshes import Mesh, read_mesh
 
@@ -64,7 +65,27 @@ def read(data: bytes, name: str, block: int | str | None = None) -> LatticeFile:
     box = boxes[chosen(names, block, name, "FFD box")]
     with naming(f"{name}: FFD box {box.tag}"):
         lattice = lattice_of(box)
-    return LatticeFile(lattice, lattice, exactness=_note(box), format="su2", blocks=names)
+    nets = [_spanned(each) if each.net is None else each.net for each in boxes]
+    return LatticeFile(
+        lattice, lattice, exactness=_note(box), format="su2", blocks=names,
+        notes=(*nested(box), *untied(nets, names, names.index(box.tag), "FFD box")),
+    )  # fmt: skip
+
+
+def nested(box: Box) -> tuple[str, ...]:
+    """Say which boxes ride on one another in SU2, and do not here."""
+    told = []
+    if box.parents:
+        told.append(
+            f"FFD box {box.tag} rides on its parent {', '.join(box.parents)} in SU2; here it stays "
+            "where it is when that one moves"
+        )
+    if box.children:
+        told.append(
+            f"FFD box {box.tag} carries {', '.join(box.children)} in SU2; here they stay where "
+            "they are when it moves"
+        )
+    return tuple(told)
 
 
 def lattice_of(box: Box) -> Lattice:

@@ -7,6 +7,7 @@ control points are spread evenly between them.
 from __future__ import annotations
 
 import re
+from collections.abc import Collection
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +18,7 @@ from ffdstudio.errors import InputError
 from ffdstudio.exchange import su2
 from ffdstudio.exchange.conversion import ConversionRules, adapted
 from ffdstudio.exchange.latticefile import Exactness, LatticeFile
+from ffdstudio.exchange.su2settings import Settings
 from ffdstudio.exchange.su2text import Box
 from ffdstudio.exchange.text import chosen, integer, naming, vector
 from ffdstudio.files import write_bytes
@@ -47,11 +49,11 @@ def write(
             )
         reason = f"the control points are spread evenly, they differ by up to {off:.3g}"
         exactness = Exactness(False, reason, "put the box into the mesh (.su2)")
-    write_bytes(path, definition(box, content.frozen).encode())
+    write_bytes(path, definition(box, content.frozen, content.open_faces).encode())
     return exactness
 
 
-def definition(box: Box, frozen: int = 0) -> str:
+def definition(box: Box, frozen: int = 0, open_faces: Collection[tuple[int, ...]] = ()) -> str:
     """Return the configuration lines of a box."""
     corners = np.zeros((8, 3))
     corners[: len(box.corners), : box.corners.shape[1]] = box.corners
@@ -65,7 +67,7 @@ def definition(box: Box, frozen: int = 0) -> str:
     if box.orders is not None:
         orders = [*box.orders, 2][:3]
         lines.append(f"FFD_BSPLINE_ORDER= {', '.join(map(str, orders))}")
-    return "\n".join([*lines, *_continuity(box.counts, frozen), ""])
+    return "\n".join([*lines, *_continuity(box.counts, frozen, open_faces), ""])
 
 
 def read(data: bytes, name: str, block: int | str | None = None) -> LatticeFile:
@@ -81,9 +83,18 @@ def read(data: bytes, name: str, block: int | str | None = None) -> LatticeFile:
     index = chosen(tags, block, name, "FFD box")
     corners = vector(boxes[index][1:], name).reshape(8, 3)
     counts = [integer(word, name, "FFD_DEGREE") + 1 for word in degrees[index]]
-    lattice = _lattice(tags[index], corners, counts, _orders(text, name), name)
-    note = Exactness(True, "SU2 has not set this box up: it is spanned by its corners")
-    return LatticeFile(lattice, lattice, exactness=note, format="su2config", blocks=tags)
+    settings = Settings(text, name)
+    settings.check_coordinates()
+    rest = _lattice(tags[index], corners, counts, _orders(text, name), name)
+    hold = settings.held(rest.shape)
+    current, moves_lost = settings.moved(rest, tags[index], hold)
+    lost = (*hold.lost, *moves_lost)
+    note = "SU2 has not set this box up: it is spanned by its corners"
+    exactness = Exactness(not lost, "; ".join([note, *lost]))
+    return LatticeFile(
+        rest, current, hold.layers, exactness=exactness, format="su2config", blocks=tags,
+        open_faces=hold.open_faces, notes=lost,
+    )  # fmt: skip
 
 
 def _lattice(
@@ -123,12 +134,17 @@ def _value(text: bytes, key: bytes, name: str) -> list[bytes]:
     return re.findall(rb"\(([^()]*)\)", found[1])
 
 
-def _continuity(counts: tuple[int, ...], frozen: int) -> list[str]:
+def _continuity(
+    counts: tuple[int, ...], frozen: int, open_faces: Collection[tuple[int, ...]] = ()
+) -> list[str]:
     """Frozen layers as SU2's planes of control points that do not move."""
     if not frozen:
         return ["FFD_CONTINUITY= NO_DERIVATIVE"]
     lines = ["FFD_CONTINUITY= USER_INPUT"]
-    for direction, n in zip("IJK", counts, strict=False):
-        planes = sorted({*range(min(frozen, n)), *range(max(n - frozen, 0), n)})
-        lines.append(f"FFD_FIX_{direction}= ({', '.join(map(str, planes))})")
+    for axis, (direction, n) in enumerate(zip("IJK", counts, strict=False)):
+        lower = range(0 if (axis, 0) in open_faces else min(frozen, n))
+        upper = range(n if (axis, 1) in open_faces else max(n - frozen, 0), n)
+        planes = sorted({*lower, *upper})
+        if planes:
+            lines.append(f"FFD_FIX_{direction}= ({', '.join(map(str, planes))})")
     return lines

@@ -35,6 +35,7 @@ from ffdstudio.project.running import Progress
 if TYPE_CHECKING:
     from ffdstudio.project.files.recovery import Left
 
+MOST_LATTICES = 100  # that one file may bring into a project
 OPENING = "opening"  # the line of work that arrives in the order in which it was asked for
 
 
@@ -76,22 +77,43 @@ def export_mesh(document: Editor, key: str, path: PathLike) -> None:
 
 
 def import_lattice(document: Editor, path: PathLike, block: str | None = None) -> None:
-    """Read a lattice file of any format and add it."""
+    """Read a lattice file of any format and add it: one lattice of it, or by default all."""
 
-    def done(found: LatticeFile) -> None:
+    def done(found: list[LatticeFile]) -> None:
         name = Path(path).name.split(".")[0] or "Lattice"
         try:
-            document.do(_added(name, found))
+            for number, each in enumerate(found):
+                own = name if len(found) == 1 else f"{name} {each.blocks[number]}"
+                document.do(_added(own, each))
         except InputError as error:  # more frozen layers than there are
             failed(error)
             return
         document.filed.emit(Path(path))
-        if not found.exactness.exact:
-            document.problem.emit(f"{Path(path).name} was read", str(found.exactness), "note")
+        for text in _told(found):
+            document.problem.emit(f"{Path(path).name} was read", text, "note")
 
     failed = document.failed(f"{Path(path).name} cannot be opened", "open")
-    work = lambda p: read_lattice_file(path, block)  # noqa: E731
+    work = lambda p: _lattices(path, block)  # noqa: E731
     document.runner.start(f"Reading {Path(path).name}", work, done, failed, line=OPENING)
+
+
+def _lattices(path: PathLike, block: str | None) -> list[LatticeFile]:
+    """One lattice of a file, or all that it holds."""
+    first = read_lattice_file(path, block)
+    if block is not None:
+        return [first]
+    if len(first.blocks) > MOST_LATTICES:
+        raise InputError(
+            f"{os.fspath(path)}: holds {len(first.blocks)} lattices, more than a project takes at "
+            "once; convert --block makes a file of one"
+        )
+    return [first, *(read_lattice_file(path, k) for k in range(1, len(first.blocks)))]
+
+
+def _told(found: list[LatticeFile]) -> list[str]:
+    """What to say of lattices that were read, each thing once."""
+    inexact = [str(each.exactness) for each in found if not each.exactness.exact]
+    return list(dict.fromkeys([*inexact, *(text for each in found for text in each.notes)]))
 
 
 def _added(name: str, found: LatticeFile) -> AddLattice:
