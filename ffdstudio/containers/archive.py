@@ -55,7 +55,7 @@ def unpack(data: bytes, name: str) -> dict[str, bytes]:
     """
     try:
         with zipfile.ZipFile(io.BytesIO(data)) as archive:
-            infos = [info for info in archive.infolist() if not info.is_dir()]
+            infos = [info for info in archive.infolist() if not info.filename.endswith("/")]
             _check(infos, len(data), name)
             return {info.filename: archive.read(info) for info in infos}
     except InputError:  # is a ValueError too

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from ffdstudio.aliases import Array
 
@@ -31,6 +30,8 @@ def untied(nets: Sequence[Array], names: Sequence[str], index: int, what: str) -
     >>> untied([square, square + [1, 0, 0]], ["0", "1"], 0, "block")[0][:45]
     'block 0 shares 2 control points with block 1;'
     """
+    from scipy.spatial import cKDTree
+
     tree, found = cKDTree(nets[index].reshape(-1, 3)), []
     for k, net in enumerate(nets):
         far, _ = tree.query(net.reshape(-1, 3), distance_upper_bound=CLOSE)

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from ffdstudio.aliases import Indices
 from ffdstudio.errors import InputError
@@ -36,6 +34,9 @@ def oriented(triangles: Indices) -> Indices:
            [2, 3, 4],
            [0, 2, 4]])
     """
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
     count = len(triangles)
     first, second, alike = _neighbours(triangles)
     # every triangle twice, as it is and turned; neighbours that disagree tie it to the other's turn
