@@ -30,6 +30,7 @@ def add(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Measure; 1 if cells are inverted against the undeformed mesh."""
     from ffdstudio.meshes.measures import quality
+    from ffdstudio.meshes.measures.topology_checks import connections
 
     if args.worst < 0:
         raise InputError(f"--worst {args.worst}: a number of cells is at least 0")
@@ -41,10 +42,12 @@ def run(args: argparse.Namespace) -> int:
         check_same(rest, mesh, args.against, args.file)
         report = quality(rest, mesh.points)
     result = report.to_dict(args.worst)
+    result["topology"] = connections(mesh).to_dict()
     if args.against is None:
         for name in ("volume_ratio", "first_layer_ratio"):
             result["measures"].pop(name, None)
-    emit(result, table(report, result, args.against is not None), args.json)
+    text = table(report, result, args.against is not None, str(connections(mesh)))
+    emit(result, text, args.json)
     return 1 if result["inverted"] else 0
 
 
@@ -65,7 +68,7 @@ def check_same(rest: Mesh, mesh: Mesh, rest_name: str, name: str) -> None:
         raise InputError(f"{name} and {rest_name} are not the same mesh: nodes or cells differ")
 
 
-def table(report: Report, result: dict[str, Any], compared: bool) -> str:
+def table(report: Report, result: dict[str, Any], compared: bool, topology: str) -> str:
     """Lay the report out for people."""
     rows = [_HEAD, *(_row(name, entry) for name, entry in result["measures"].items())]
     widths = [max(len(row[i]) for row in rows) for i in range(len(_HEAD))]
@@ -74,7 +77,7 @@ def table(report: Report, result: dict[str, Any], compared: bool) -> str:
     if result["negative"] and not compared:
         counts += " (whether they were turned inside out, the undeformed mesh tells: --against)"
     counts += f"; {report.coverage}" if report.coverage.missing else ""
-    lines = [f"{report.cells} cells, {counts}", ""]
+    lines = [f"{report.cells} cells, {counts}", f"topology as checkMesh has it: {topology}", ""]
     lines += [_aligned(row, widths) for row in rows]
     lines += ["", "beyond the limits of"]
     lines += [

@@ -113,13 +113,13 @@ def loop_partners(nodes: Indices, offsets: Indices) -> Indices:
     from ffdstudio.meshes.pairing_kernels import looped, loops_matched
 
     faces = len(offsets) - 1
-    least, total = np.empty(faces, dtype=np.int64), np.empty(faces, dtype=np.int64)
     partner = np.full(faces, ALONE, dtype=np.int64)
     if faces:
-        looped(nodes, offsets, least, total)
-        order = np.lexsort([np.diff(offsets), total, least])
-        names = np.array([ALONE, MANY])
-        loops_matched(order, nodes, offsets, least, total, partner, names)
+        numbers = np.random.default_rng(0).integers(2**63, size=nodes.max(initial=0) + 1)
+        total = np.empty(faces, dtype=np.int64)
+        looped(nodes, offsets, numbers, total)
+        order = np.argsort(total, kind="stable")
+        loops_matched(order, nodes, offsets, total, partner, np.array([ALONE, MANY]))
     return partner
 
 

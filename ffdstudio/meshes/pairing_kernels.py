@@ -246,13 +246,13 @@ def emitted(
 
 
 @compiled
-def looped(nodes: AnyArray, offsets: AnyArray, least: AnyArray, total: AnyArray) -> None:
-    """Smallest node and sum of the nodes of faces of any size."""
+def looped(nodes: AnyArray, offsets: AnyArray, numbers: AnyArray, total: AnyArray) -> None:
+    """Sum of the numbers of the nodes of faces of any size, whatever their order."""
     for face in range(len(offsets) - 1):
-        low, add = nodes[offsets[face]], 0
+        add = numbers[0] - numbers[0]
         for i in range(offsets[face], offsets[face + 1]):
-            low, add = min(low, nodes[i]), add + nodes[i]
-        least[face], total[face] = low, add
+            add += numbers[nodes[i]]
+        total[face] = add
 
 
 @compiled
@@ -260,22 +260,19 @@ def loops_matched(
     order: AnyArray,
     nodes: AnyArray,
     offsets: AnyArray,
-    least: AnyArray,
     total: AnyArray,
     partner: AnyArray,
     names: AnyArray,
 ) -> None:
-    """Partners of faces of any size, `order` listing them by smallest node, size and sum."""
+    """Partners of faces of any size, `order` listing them by the sum that equal ones have."""
     for i in range(len(order)):
         f = order[i]
         for k in range(i + 1, len(order)):
             g = order[k]
             size = offsets[f + 1] - offsets[f]
-            if least[f] != least[g] or total[f] != total[g]:
+            if total[f] != total[g]:
                 break
-            if size != offsets[g + 1] - offsets[g]:
-                break
-            same = True
+            same = size == offsets[g + 1] - offsets[g]
             for a in range(offsets[f], offsets[f + 1]):
                 has = False
                 for b in range(offsets[g], offsets[g + 1]):

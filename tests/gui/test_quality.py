@@ -346,6 +346,7 @@ def test_cells_that_are_not_checked_are_told_wherever_cells_are(user: Any, tmp_p
     assert said in user.window.status.cells.text()
     assert "no inverted cells" not in user.window.status.cells.text()
     assert said in user.window.quality.panel.inverted.text()
+    assert user.window.quality.panel.topology.text() == "Topology: no faults; 1 region"
     document = user.window.document
     assert document.volume("body1").coverage.missing == 1
     assert coverage_of(document).unchecked == {"CHEXOTIC": 1}

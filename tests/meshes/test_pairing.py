@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from ffdstudio import threads
-from ffdstudio.errors import InputError
 from ffdstudio.meshes import Mesh
 from ffdstudio.meshes.measures.faces import topology_of
 from ffdstudio.meshes.pairing import ALONE, MANY, loop_partners, outer, partners
@@ -91,11 +90,12 @@ def test_edges_of_a_plane_mesh_are_paired():
     assert len(faces) == 5
 
 
-def test_a_face_of_three_cells_is_refused_where_it_has_an_area():
+def test_a_face_of_three_cells_is_an_outer_face_of_each():
     points = np.random.default_rng(0).random((6, 3))
     three = Mesh(points, {"tetra": [[0, 1, 2, 3], [0, 1, 2, 4], [0, 1, 2, 5]]})
-    with pytest.raises(InputError, match="belongs to over two cells"):
-        topology_of(three)
+    faces = topology_of(three).faces
+    assert len(faces) == 3 * 4
+    assert (faces.neighbour == -1).all()
 
 
 def test_loops_are_equal_whatever_their_size_and_direction():

@@ -50,6 +50,7 @@ class QualityPanel(QStackedWidget):
         self.body, self.measure = QComboBox(), QComboBox()
         self.colour, self.preset = QComboBox(), QComboBox()
         self.standard, self.figures, self.inverted, self.tests = note(), note(), note(), note()
+        self.topology = note()
         self.histogram, self.limits, self.worst = LateHistogram(), LimitList(), WorstList()
         self.planes, self.folds = PlaneNote(studio), FoldNote(studio, foldings)
         self.guard = GuardBox(studio, warden)
@@ -110,7 +111,14 @@ class QualityPanel(QStackedWidget):
         form.addRow("&Colours", self.colour)
         self._form = form
         layout.addLayout(form)
-        for widget in (self.inverted, self.planes, self.folds, self.histogram, self.figures):
+        for widget in (
+            self.inverted,
+            self.topology,
+            self.planes,
+            self.folds,
+            self.histogram,
+            self.figures,
+        ):
             layout.addWidget(widget)
         limits = QFormLayout()
         limits.setFieldGrowthPolicy(QFormLayout.FieldGrowthPolicy.AllNonFixedFieldsGrow)
@@ -208,6 +216,7 @@ class QualityPanel(QStackedWidget):
         text += f"; {unseen}" if unseen.missing else ""
         stale = "" if self._checks.current(self._choice.wanted.body) else " (measuring …)"
         put(self.inverted, text + stale, role)
+        self._fill_topology()
         self.planes.fill(self._choice.wanted.body)
         self.limits.fill(report, self._choice.wanted.preset, self._studio.theme)
         failed = [f"{name}: {spaced(n)}" for name, n in report.solver_tests.items() if n]
@@ -215,6 +224,16 @@ class QualityPanel(QStackedWidget):
         put(self.tests, text, "warning" if failed else "muted")
         tip = "\n".join(f"{name}: {n}" for name, n in report.solver_tests.items())
         self.tests.setToolTip(tip)
+
+    def _fill_topology(self) -> None:
+        """What checkMesh would say of how the cells hang together."""
+        found = self._checks.topology(self._choice.wanted.body)
+        if found is not None:
+            put(self.topology, f"Topology: {found}", "warning" if found.faults else "muted")
+            self.topology.setToolTip(
+                "As OpenFOAM's checkMesh has it: unused points, duplicate faces and cells, open "
+                "cells, edges where more than two outer faces meet, regions, order of faces"
+            )
 
     def _fill_measure(self, report: Report, digest: Digest) -> None:
         theme, numbers = self._studio.theme, digest.statistics

@@ -15,7 +15,6 @@ import numpy as np
 
 from ffdstudio import threads
 from ffdstudio.aliases import Indices, Mask
-from ffdstudio.errors import InputError
 from ffdstudio.meshes.measures.blocks import CellBlock, blocks_of
 from ffdstudio.meshes.measures.corners import orientation
 from ffdstudio.meshes.measures.recognise import ramps, sides
@@ -76,13 +75,7 @@ _known: WeakKeyDictionary[Mesh, Topology] = WeakKeyDictionary()
 
 
 def topology_of(mesh: Mesh) -> Topology:
-    """Faces of a mesh, found once.
-
-    Raises
-    ------
-    InputError
-        If a face belongs to more than two cells.
-    """
+    """Faces of a mesh, found once; one of more than two cells counts as an outer face of each."""
     if mesh not in _known:
         faces = mesh.faces if mesh.faces is not None else _from_cells(mesh)
         _known[mesh] = of_faces(faces, blocks_of(mesh).count)
@@ -150,27 +143,14 @@ def _distinct(
 
     threads.for_each(emit, range(len(found)))
     if any((other == MANY).any() for other in others):
-        return _manifold(out, owner, neighbour, found, partner)
+        kept = _whole(out)  # faces of collapsed cells without area, which many cells may share
+        return out[kept], owner[kept], neighbour[kept]
     return out, owner, neighbour
 
 
 def _firsts(other: Indices, start: int) -> int:
     """Number of faces that are alone or the first of a pair."""
     return int(((other < 0) | (other > np.arange(start, start + len(other)))).sum())
-
-
-def _manifold(
-    nodes: Indices, owner: Indices, neighbour: Indices, found: list[Seen], partner: Indices
-) -> tuple[Indices, Indices, Indices]:
-    """Faces without those of collapsed cells that have no area, which many cells may share."""
-    for rows, face, _, start in found:
-        shared = rows[partner[start : start + len(rows)] == MANY][:, face]
-        whole = _whole(shared)
-        if whole.any():
-            bad = shared[whole][0].tolist()
-            raise InputError(f"the face of nodes {bad} (counted from 0) belongs to over two cells")
-    kept = _whole(nodes)
-    return nodes[kept], owner[kept], neighbour[kept]
 
 
 def _whole(nodes: Indices) -> Mask:

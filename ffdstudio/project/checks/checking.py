@@ -23,6 +23,7 @@ from ffdstudio.project.view.scales import Scale
 
 if TYPE_CHECKING:
     from ffdstudio.meshes.measures.report import Report, Statistics, Worst
+    from ffdstudio.meshes.measures.topology_checks import Connections
     from ffdstudio.project.document import Document
 
 BINS = 40
@@ -32,11 +33,12 @@ BOUNDED = ("skewness", "scaled_jacobian", "orthogonal_quality")  # to 1: no powe
 
 @dataclass(frozen=True, eq=False)
 class Checked:
-    """A mesh, its report, and the cell of each displayed polygon."""
+    """A mesh, its report, the cell of each displayed polygon, and how the cells hang together."""
 
     mesh: Mesh
     report: Report
     cells: Indices
+    topology: Connections
 
 
 @dataclass(frozen=True, eq=False)
@@ -163,6 +165,11 @@ class Checks:
         found = self._checked(key)
         return None if found is None else found.report
 
+    def topology(self, key: str) -> Connections | None:
+        """How the cells of a body hang together; None until its report is there."""
+        found = self._checked(key)
+        return None if found is None else found.topology
+
     def cells(self, key: str) -> Indices | None:
         """Cell of each displayed polygon of a body."""
         found = self._checked(key)
@@ -229,12 +236,13 @@ class Checks:
 
         def work(progress: Progress) -> Checked:
             from ffdstudio.meshes.measures import quality
+            from ffdstudio.meshes.measures.topology_checks import connections
 
             progress(0.0, "measuring the cells")
             report = quality(body.mesh, points)
             _ = report.limits, report.solver_tests
             cells = known.cells if known else cells_of(body.mesh, surface)
-            return Checked(body.mesh, report, cells)
+            return Checked(body.mesh, report, cells, connections(body.mesh))
 
         def done(checked: Checked) -> None:
             if self._points.get(key) is points and self._mesh(key) is body.mesh:
