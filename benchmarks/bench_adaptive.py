@@ -18,7 +18,7 @@ import numpy as np  # noqa: E402
 
 import ffdstudio as ffd  # noqa: E402
 from benchmarks import fit_figures  # noqa: E402
-from ffdstudio.optimize.cases.case import read_case  # noqa: E402
+from ffdstudio.optimize.build.build import read_case  # noqa: E402
 from ffdstudio.optimize.geometry.sections import target_contour  # noqa: E402
 from ffdstudio.optimize.methods.descent import Lbfgs  # noqa: E402
 from ffdstudio.optimize.objectives.flow import FlowTarget  # noqa: E402

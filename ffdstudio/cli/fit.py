@@ -14,7 +14,10 @@ from ffdstudio.errors import InputError
 from ffdstudio.optimize import FitResult, plots
 from ffdstudio.optimize import fit as fit_shapes
 from ffdstudio.optimize.catalog.indicators import INDICATORS
-from ffdstudio.optimize.fits.fitting import NOTHING, TRIGGERS, extent
+from ffdstudio.optimize.catalog.methods import METHODS
+from ffdstudio.optimize.catalog.metrics import METRICS
+from ffdstudio.optimize.fits.fitting import NOTHING, extent
+from ffdstudio.optimize.geometry.contour import upper_side
 from ffdstudio.optimize.geometry.sections import kulfan_tolerance
 from ffdstudio.optimize.runs.record import Record
 from ffdstudio.paths import is_same
@@ -63,9 +66,9 @@ def add(parser: argparse.ArgumentParser) -> None:
         help="of the error: mean square or largest (l2)",
     )
     parser.add_argument(
-        "--metric", choices=("none", "l2", "h1"), default="l2",
+        "--metric", choices=[one.name for one in METRICS], default=METRICS[0].name,
         help="in which the variables are orthonormal: that of the surface (l2), with its slopes "
-        "(h1), or the control points as they are (none)",
+        "(h1), or the control points as they are (none); default: h1",
     )  # fmt: skip
     parser.add_argument("--row-wise", action="store_true", help="a new knot frees one row only")
     parser.add_argument("--spacing", choices=("greville", "uniform"), default="greville")
@@ -79,7 +82,7 @@ def add(parser: argparse.ArgumentParser) -> None:
 
 
 def _methods() -> tuple[str, ...]:
-    return tuple(name for name in TRIGGERS if name != "minimax")
+    return tuple(kind.kind() for kind in METHODS if not kind.constraints and not kind.largest)
 
 
 def run(args: argparse.Namespace) -> int:
@@ -138,7 +141,7 @@ def _text(result: FitResult, folder: Path | None) -> str:
         f"{result.evaluations} evaluations, {result.iterations} iterations, {result.seconds:.2f} s",
         f"ended: {result.ended}",
     ]
-    if result.history[0]["rms"] <= NOTHING * extent(result.task):
+    if result.history[0]["rms"] <= NOTHING * extent(result.built.shape):
         lines.append("the source meets the target as it is: nothing to gain")
     return "\n".join([*lines, UNWRITTEN if folder is None else f"results in {folder}"])
 
@@ -147,8 +150,8 @@ def write(result: FitResult, folder: Path, source: str, target: str) -> list[str
     """Write everything about a fit; returns the names of the files."""
     figures = ["rms", "max_error", "variables"]
     files = write_common(folder, "fit", result.rest, result.lattice, result.study, figures)
-    points = result.task.deformed(result.lattice)
-    if result.task.section is None:
+    points = result.built.monitor.deformed(result.lattice)
+    if not result.built.shape.flat:
         return [*files, "log.jsonl"]
     title = f"{Path(source).stem} fitted to {Path(target).stem}"
     files.append(write_contour(folder / "contour.dat", title, points))
@@ -159,14 +162,15 @@ def write(result: FitResult, folder: Path, source: str, target: str) -> list[str
 def _section_plots(
     result: FitResult, folder: Path, deformed: Array, names: tuple[str, str]
 ) -> list[str]:
-    task = result.task
-    assert task.section is not None
-    assert task.target is not None
-    fine = task.target.sample(len(deformed))
-    curves = {names[0]: task.section.dense, names[1]: fine, "fitted": deformed}
+    built, dense = result.built, result.built.shape.dense
+    target = built.spec.objective.contour(built.place)
+    assert target is not None
+    fine = target.sample(len(deformed))
+    curves = {names[0]: dense, names[1]: fine, "fitted": deformed}
     net = result.lattice.control_points
     files = plots.save(plots.outlines(curves, net, names[1]), folder, "sections")
     x = deformed[:, 0]
     band = kulfan_tolerance(x)
-    fig = plots.errors(x, task.errors(result.lattice), task.section.dense_upper, band)
+    errors = built.monitor.errors(result.lattice)
+    fig = plots.errors(x, errors, upper_side(dense), band)
     return files + plots.save(fig, folder, "errors")

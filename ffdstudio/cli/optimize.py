@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import argparse
+import json
 import math
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -13,18 +15,20 @@ from ffdstudio.cli.output import emit, note
 from ffdstudio.cli.parsing import named
 from ffdstudio.cli.study_files import write_common, write_contour
 from ffdstudio.engine import Lattice, embed
+from ffdstudio.engine.spaces import in_space_of
 from ffdstudio.errors import InputError
 from ffdstudio.exchange.morphed import write_morphed
 from ffdstudio.files import refuse_source
 from ffdstudio.meshes import Mesh
 from ffdstudio.meshes.formats import suffix_of
 from ffdstudio.optimize import plots
-from ffdstudio.optimize.cases.case import Case, read_case
+from ffdstudio.optimize.build.build import Built, read_case
 from ffdstudio.optimize.consent import Consent
 from ffdstudio.optimize.objectives.base import Objective
-from ffdstudio.optimize.objectives.chords import InChords
 from ffdstudio.optimize.objectives.remembered import Remembered
 from ffdstudio.optimize.runs.record import Record, RunHistory
+from ffdstudio.optimize.spec.codec import schema
+from ffdstudio.optimize.spec.reference import reference
 
 PACKAGE = Path(__file__).parents[1]
 PLACES = [place / "resources" / "cases" for place in (PACKAGE, PACKAGE.parent)]  # wheel, checkout
@@ -35,7 +39,12 @@ MET = 1e-6  # largest violation of a constraint that counts as met
 def add(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
     parser.epilog = f"Example cases, one for each kind of objective: {EXAMPLES}"
-    parser.add_argument("case", metavar="CASE", help="case file, TOML")
+    what = parser.add_mutually_exclusive_group(required=True)
+    what.add_argument("case", metavar="CASE", nargs="?", help="case file, TOML")
+    what.add_argument("--schema", action="store_true", help="print the JSON schema of case files")
+    what.add_argument(
+        "--reference", action="store_true", help="print every key of case files, as Markdown"
+    )
     parser.add_argument(
         "-o", "--output", type=named, metavar="DIR", help="folder for log and results"
     )
@@ -51,23 +60,26 @@ def add(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Run the case, write everything, say where it ended."""
+    if args.schema or args.reference:
+        print(json.dumps(schema(), indent=1) if args.schema else reference(), end="")
+        return 0
     folder = None if args.output is None else Path(args.output)
     if folder is not None:
         make_folder(folder)
     case = read_case(args.case, folder, args.resume, Consent(everything=args.trust))
+    meshes = list(case.followers())
     if folder is not None:
-        for name in outputs(case, Path(args.case).stem):
+        for name in outputs(meshes, Path(args.case).stem):
             refuse_source(folder / name)
     history = _ran(case, args.case)
-    result = figures(history) | _recalled(case.task.objective)
+    result = figures(history) | _recalled(case.memory)
     if folder is not None:
-        result["files"] = write(case, history, folder, Path(args.case).stem)
-        if case.mesh is not None:
-            name, result["mesh"] = _mesh(case.mesh, case.rest, history.lattice(-1), folder)
-            result["files"].append(name)
+        result["files"] = write(case, history, folder, Path(args.case).stem, meshes)
+        result |= _morphed(case, meshes, history.lattice(-1), folder, result["files"])
     emit(result, _text(result, args.output), args.json)
     failed = (history.ending is not None and history.ending.failed) or result["violation"] > MET
-    return 1 if failed or result.get("mesh", {}).get("inverted") else 0
+    torn = any(one.get("inverted") for one in [result.get("mesh", {}), *result.get("meshes", [])])
+    return 1 if failed or torn else 0
 
 
 def _text(result: dict[str, Any], folder: str | None) -> str:
@@ -75,7 +87,7 @@ def _text(result: dict[str, Any], folder: str | None) -> str:
     lines = [
         f"{key:<12} {value:.4g}" if isinstance(value, float) else f"{key:<12} {value}"
         for key, value in result.items()
-        if value is not None and key not in ("history", "files", "measures", "mesh")
+        if value is not None and key not in ("history", "files", "measures", "mesh", "meshes")
     ]
     parts = {**result["measures"], **result.get("mesh", {})}
     lines += [
@@ -86,7 +98,7 @@ def _text(result: dict[str, Any], folder: str | None) -> str:
     return "\n".join(lines)
 
 
-def _ran(case: Case, path: str) -> RunHistory:
+def _ran(case: Built, path: str) -> RunHistory:
     """Run a study; what goes wrong at its start is told with the case's name."""
     try:
         return case.study.run(_tell)
@@ -117,14 +129,13 @@ def figures(history: RunHistory) -> dict[str, Any]:
     }
 
 
-def _recalled(objective: Objective) -> dict[str, int]:
+def _recalled(memory: Remembered | None) -> dict[str, int]:
     """How many answers came from an earlier run, of an objective that is remembered."""
-    known = objective.inner if isinstance(objective, InChords) else objective
-    if not isinstance(known, Remembered):
+    if memory is None:
         return {}
-    if known.recalled:
-        note(f"{known.recalled} evaluations were known from {known.folder}")
-    return {"recalled": known.recalled}
+    if memory.recalled:
+        note(f"{memory.recalled} evaluations were known from {memory.folder}")
+    return {"recalled": memory.recalled}
 
 
 def _row(record: Record) -> dict[str, Any]:
@@ -135,18 +146,20 @@ def _row(record: Record) -> dict[str, Any]:
     return row
 
 
-def outputs(case: Case, name: str) -> list[str]:
+def outputs(meshes: Sequence[Mesh], name: str) -> list[str]:
     """Files that a study writes on when it is over; what it draws has names of its own."""
     fixed = [f"{name}.lattice.json", f"{name}.ffdproj", "history.csv", "contour.dat", "log.jsonl"]
-    return fixed if case.mesh is None else [*fixed, _mesh_name(case.mesh)]
+    return [*fixed, *(_mesh_name(mesh, meshes) for mesh in meshes)]
 
 
-def write(case: Case, history: RunHistory, folder: Path, name: str) -> list[str]:
+def write(
+    case: Built, history: RunHistory, folder: Path, name: str, meshes: Sequence[Mesh]
+) -> list[str]:
     """Write lattice, project, CSV, plots and contour; returns the names of the files."""
     current = history.lattice(-1)
-    rest = rest_of(case.rest, current)
+    rest = in_space_of(case.rest, current)
     plotted = ["cost", "variables"]
-    files = [*write_common(folder, name, rest, current, history, plotted, case.mesh), "log.jsonl"]
+    files = [*write_common(folder, name, rest, current, history, plotted, meshes), "log.jsonl"]
     points = embed(rest, case.shape.points).deform(current)
     if case.shape.triangles is None and case.shape.mesh is None:
         files.append(write_contour(folder / "contour.dat", name, points))
@@ -154,16 +167,6 @@ def write(case: Case, history: RunHistory, folder: Path, name: str) -> list[str]
         files += plots.save(plots.outlines(curves, current.control_points), folder, "sections")
     files += _pressures(case.task.objective, case.shape.points, points, folder)
     return files
-
-
-def rest_of(rest: Lattice, current: Lattice) -> Lattice:
-    """The first lattice at rest with the knots of a refined one."""
-    for axis in range(rest.dimension):
-        extra = list(current.knots[axis])
-        for knot in rest.knots[axis]:
-            extra.remove(knot)
-        rest = rest.insert_knots(axis, extra)
-    return rest
 
 
 def _pressures(objective: Objective, start: Array, end: Array, folder: Path) -> list[str]:
@@ -176,14 +179,23 @@ def _pressures(objective: Objective, start: Array, end: Array, folder: Path) -> 
     return files
 
 
-def _mesh_name(mesh: Mesh) -> str:
-    return f"morphed{suffix_of(Path(str(mesh.path)))}"
+def _mesh_name(mesh: Mesh, meshes: Sequence[Mesh]) -> str:
+    path = Path(str(mesh.path))
+    suffix = suffix_of(path)
+    own = "" if len(meshes) == 1 else f"_{path.name.removesuffix(suffix)}"
+    return f"morphed{own}{suffix}"
 
 
-def _mesh(mesh: Mesh, first: Lattice, current: Lattice, folder: Path) -> tuple[str, dict[str, Any]]:
-    """The whole mesh follows the lattice; returns the name of its file and its figures."""
-    rest = rest_of(first, current)
-    points = embed(rest, mesh.points).deform(current)
-    name = _mesh_name(mesh)
-    write_morphed(mesh, folder / name, points, [(rest, current)])
-    return name, measured(mesh, points)
+def _morphed(
+    case: Built, meshes: Sequence[Mesh], current: Lattice, folder: Path, files: list[str]
+) -> dict[str, Any]:
+    """All meshes follow the lattice; returns figures of the first, and of all if several do."""
+    rest, figures = in_space_of(case.rest, current), []
+    for mesh in meshes:
+        points = embed(rest, case.before(mesh)).deform(current)
+        name = _mesh_name(mesh, meshes)
+        write_morphed(mesh, folder / name, points, [(rest, current)])
+        files.append(name)
+        figures.append({"file": name, **measured(mesh, points)})
+    first = {"mesh": {k: v for k, v in figures[0].items() if k != "file"}} if figures else {}
+    return first | ({"meshes": figures} if len(figures) > 1 else {})

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -23,17 +24,18 @@ def write_common(
     current: Lattice,
     history: RunHistory,
     figures: list[str],
-    mesh: Mesh | None = None,
+    meshes: Sequence[Mesh] = (),
 ) -> list[str]:
     """Lattice, project, CSV and convergence plots; returns the names of the files.
 
-    The project refers to the mesh as it was, for its lattice deforms it.
+    The project refers to the meshes as they were, for its lattice deforms them.
     """
     write_lattice(folder / f"{name}.lattice.json", rest, current)
     project = Project()
     project.add_lattice(name, rest, current)
-    if mesh is not None and mesh.path is not None:
-        project.add_mesh(mesh.path)
+    for mesh in meshes:
+        if mesh.path is not None:
+            project.add_mesh(mesh.path)
     project.save(folder / f"{name}.ffdproj")
     write_bytes(folder / "history.csv", plots.table(history))
     written = [f"{name}.lattice.json", f"{name}.ffdproj", "history.csv"]

@@ -30,7 +30,7 @@ class Autosave:
 
     def __init__(self, document: Editor, folder: Path | None = None) -> None:
         self._document = document
-        self._latest: Model | None = document.settled_model
+        self._latest: tuple[Model, int] = document.settled_model, 0
         self._session: Session | None = None
         try:
             self._session = Session(folder)
@@ -41,9 +41,10 @@ class Autosave:
         """Write an autosave if there is anything new that is not in the project file."""
         document, session = self._document, self._session
         model = document.settled_model
-        if session is None or model is self._latest:
+        now = model, document.records.version
+        if session is None or (now[0] is self._latest[0] and now[1] == self._latest[1]):
             return
-        self._latest = model
+        self._latest = now
         if not document.modified:
             session.forget()
             return

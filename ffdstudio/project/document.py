@@ -49,6 +49,8 @@ class Document(Editor):
         The drag under way.
     path : pathlib.Path or None
         The project file.
+    records : StudyRecords
+        Of the studies, which run for long and are no edits.
     sections : dict
         Other parts of the project file (studies, ...), kept as they are.
     ask : callable or None

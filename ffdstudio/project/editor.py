@@ -16,7 +16,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -34,7 +34,11 @@ from ffdstudio.project.files.write_order import Turns
 from ffdstudio.project.history import Entry, History
 from ffdstudio.project.model import Index, Model
 from ffdstudio.project.running import Runner, RunNow
+from ffdstudio.project.study_records import StudyRecords
 from ffdstudio.project.view.surface import DisplaySurface
+
+if TYPE_CHECKING:
+    from ffdstudio.optimize.runs.record import Record
 
 
 class Editor:
@@ -59,6 +63,7 @@ class Editor:
         self.editing: Edit | None = None
         self.path: Path | None = None
         self.sections: dict[str, Any] = {}
+        self.records = StudyRecords()
         self.surfaces: WeakKeyDictionary[Mesh, DisplaySurface] = WeakKeyDictionary()
         self.ask: Callable[[ProjectFile], ProjectFile | None] | None = None
         self.may_replace: Callable[[], bool] | None = None
@@ -66,7 +71,7 @@ class Editor:
         self.on_disk: Stamp | None = None
         self.turns = Turns()
         self._packs = False
-        self._saved = self.model
+        self._saved, self._recorded = self.model, 0
         self._stale = False
 
     # ---- edits ------------------------------------------------------------------------
@@ -87,6 +92,7 @@ class Editor:
             self.editing.commit()
         before = self.settled_model
         after = command.apply(before)
+        self.records.forget_new(before, after)
         self.history.push(Entry(command, command.label(before), before, after))
         self.journal.record(command)
         if self.editing is None:
@@ -178,20 +184,26 @@ class Editor:
     @property
     def modified(self) -> bool:
         """Whether there is anything that was not saved."""
-        return self.settled_model is not self._saved
+        return self.settled_model is not self._saved or self.records.version != self._recorded
 
     # ---- what becomes of the whole -------------------------------------------------------
 
     def snapshot(self) -> ProjectFile:
         """Return what a project file would hold now; a value that a worker may write."""
-        return to_file(self.settled_model, self.sections)
+        return to_file(self.settled_model, self.sections, self.records)
 
     def replace(
-        self, model: Model, sections: dict[str, Any], path: Path | None, saved: bool = True
+        self,
+        model: Model,
+        sections: dict[str, Any],
+        path: Path | None,
+        saved: bool = True,
+        records: dict[str, list[Record]] | None = None,
     ) -> None:
-        """Take a model that was opened; the history begins anew."""
+        """Take a model that was opened, with records of its studies; the history begins anew."""
         self.editing, self.path, self.sections = None, path, sections
         self.on_disk = None
+        self.records.take(model, records or {}, path)
         self.history, self.journal = History(), Journal(list(commands_of(model)))
         self._packs = any(body.packed is not None for body in model.bodies)
         self._set_model(model)
@@ -201,9 +213,9 @@ class Editor:
         """Begin a new, empty project."""
         self.replace(Model(), {}, None)
 
-    def saved(self, model: Model) -> None:
-        """Take note that a model is in the project file."""
-        self._saved = model
+    def saved(self, model: Model, records: int = 0) -> None:
+        """Take note that a model is in the project file, with so many changes of records."""
+        self._saved, self._recorded = model, records
         self.history_changed.emit()
 
     def failed(self, title: str, doing: str = "") -> Callable[[Exception], None]:
@@ -263,4 +275,4 @@ def _structure(model: Model) -> object:
         (item.key, item.name, item.rest, item.frozen, item.visible, item.enabled, item.shapes)
         for item in model.lattices
     ]
-    return model.bodies, model.active, lattices
+    return model.bodies, model.active, lattices, model.studies

@@ -14,6 +14,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -25,14 +26,16 @@ from ffdstudio.paths import is_same
 from ffdstudio.project.commands import AddLattice
 from ffdstudio.project.editor import Editor
 from ffdstudio.project.files.exporting import Written, write_body
-from ffdstudio.project.files.model_codec import activation, lattice_commands, to_file
+from ffdstudio.project.files.model_codec import activation, lattice_commands
 from ffdstudio.project.files.opening import Opened, open_body, read_record
-from ffdstudio.project.files.records import BodyRecord, ProjectFile
+from ffdstudio.project.files.records import BodyRecord, ProjectFile, StudyFile
 from ffdstudio.project.files.storage import read_project, write_project
+from ffdstudio.project.files.study_codec import study_command
 from ffdstudio.project.model import Model
 from ffdstudio.project.running import Progress
 
 if TYPE_CHECKING:
+    from ffdstudio.optimize.runs.record import Record
     from ffdstudio.project.files.recovery import Left
 
 MOST_LATTICES = 100  # that one file may bring into a project
@@ -146,14 +149,15 @@ def save(document: Editor, path: PathLike, pack_meshes: bool, over: bool = False
     With `over` also over what somebody else has written since: `document.may_overwrite` agreed.
     """
     model, target = document.settled_model, Path(path)
-    content, turn = to_file(model, document.sections), document.turns.take()
+    content, turn = document.snapshot(), document.turns.take()
+    records = document.records.version
     ours = not over and document.path is not None and is_same(document.path, target)
 
     def done(_: None) -> None:
         if not document.turns.latest(turn):  # saved again in the meantime
             return
         document.path = target
-        document.saved(model)
+        document.saved(model, records)
         document.filed.emit(target)
         document.told.emit(f"{target} saved")
 
@@ -202,6 +206,7 @@ def open_project(document: Editor, path: PathLike, recovered: Left | None = None
         except InputError as error:
             failed(error)
             return
+        model, records, unread = _studied(model, content.studies)
         changed = document.settled_model is not known
         if changed and document.may_replace is not None and not document.may_replace():
             document.told.emit(f"{source.name} was not opened")
@@ -209,12 +214,14 @@ def open_project(document: Editor, path: PathLike, recovered: Left | None = None
         for opened in bodies:
             _register_surface(document, opened)
         target = source if recovered is None else recovered.project
-        document.replace(model, content.sections, target, saved=recovered is None)
+        document.replace(model, content.sections, target, recovered is None, records)
         document.on_disk = seen if recovered is None else recovered.project_stamp
         if recovered is None:
             document.filed.emit(source)
         for problem in problems:
             document.problem.emit("A mesh of the project could not be opened", problem, "note")
+        for problem in unread:
+            document.problem.emit("A study of the project could not be opened", problem, "note")
 
     work = lambda p: read_project(source)  # noqa: E731
     document.runner.start(f"Opening {source.name}", work, read, failed, key="open")
@@ -257,3 +264,18 @@ def _model(content: ProjectFile, bodies: list[Opened]) -> Model:
     for command in activation(content, model):
         model = command.apply(model)
     return model
+
+
+def _studied(
+    model: Model, studies: Iterable[StudyFile]
+) -> tuple[Model, dict[str, list[Record]], list[str]]:
+    """Model with stored studies, their records by key, and what is wrong with others."""
+    records: dict[str, list[Record]] = {}
+    problems: list[str] = []
+    for stored in studies:
+        try:
+            model = study_command(stored, model).apply(model)
+            records[model.studies[-1].key] = stored.records
+        except InputError as error:
+            problems.append(str(error))
+    return model, records, problems

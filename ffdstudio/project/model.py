@@ -27,6 +27,7 @@ from ffdstudio.errors import InputError
 
 if TYPE_CHECKING:
     from ffdstudio.meshes import Mesh
+    from ffdstudio.optimize.spec.study import StudySpec
 
 Index = tuple[int, ...]
 Item = TypeVar("Item", "Body", "LatticeItem", "Body | LatticeItem")
@@ -112,11 +113,28 @@ class LatticeItem:
 
 
 @dataclass(frozen=True, eq=False)
+class StudyItem:
+    """A study of the document; its records are kept beside the model.
+
+    Attributes
+    ----------
+    key, name : str
+    spec : StudySpec
+        What it does; bodies and lattices of the document by their keys in angle brackets.
+    """
+
+    key: str
+    name: str
+    spec: StudySpec
+
+
+@dataclass(frozen=True, eq=False)
 class Model:
-    """All bodies and lattices, and which lattice is being edited (`active`, a key)."""
+    """All bodies, lattices and studies; and which lattice is being edited (`active`, a key)."""
 
     bodies: tuple[Body, ...] = ()
     lattices: tuple[LatticeItem, ...] = ()
+    studies: tuple[StudyItem, ...] = ()
     active: str | None = None
     used: int = 0  # number in the latest key; keys are never given twice
 
@@ -132,6 +150,13 @@ class Model:
         """Body or lattice of that key."""
         every: tuple[Body | LatticeItem, ...] = self.items
         return _find(every, key, "body or lattice")
+
+    def study(self, key: str) -> StudyItem:
+        """Study of that key; `InputError` if there is none."""
+        for item in self.studies:
+            if item.key == key:
+                return item
+        raise InputError(f"there is no study {key}")
 
     @property
     def items(self) -> tuple[Body | LatticeItem, ...]:
@@ -154,7 +179,7 @@ class Model:
 
     def free_name(self, wanted: str) -> str:
         """Return the wanted name, or the first of ``wanted 2``, ``wanted 3``, ... that is free."""
-        names = {item.name for item in self.items}
+        names = {item.name for item in (*self.items, *self.studies)}
         number, name = 1, wanted
         while name in names:
             number += 1
@@ -194,7 +219,8 @@ class Model:
         """Raise `InputError` if a name is empty or taken by another item than `own`."""
         if not isinstance(name, str) or not name.strip():
             raise InputError("a name needs at least one letter")
-        if any(item.name == name and item.key != own for item in self.items):
+        every = (*self.items, *self.studies)
+        if any(item.name == name and item.key != own for item in every):
             raise InputError(f"the name {name} is taken")
 
 

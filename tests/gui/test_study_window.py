@@ -14,8 +14,10 @@ from PySide6.QtCore import QTimer
 
 from ffdstudio.meshes import Mesh, MeshWarning, write_mesh
 from ffdstudio.meshes.airfoil import naca4
+from ffdstudio.optimize.methods.powell import Powell
+from ffdstudio.optimize.objectives.program import ProgramSpec
 from ffdstudio.project.commands import CreateBox
-from ffdstudio.project.studies.plan import box_around
+from ffdstudio.project.studies.starting import new_lattice
 
 pytestmark = pytest.mark.display
 PATIENCE = 60_000
@@ -47,8 +49,8 @@ def studio(user, foil):
     user.open(foil)
     user.trigger("study.setup")
     form = user.window.studies.panel.form
-    form.target.setText("naca2412")
-    form.variables.setValue(20)
+    form.objective.form.editors["target"].put("naca2412")
+    form.refinement.editors["variables"].put(20)
     form.changed.emit()
     user.room, user.runner = user.window.studies, user.window.studies.runner
     user.room.panel.fill()
@@ -63,9 +65,10 @@ def _ended(user):
 def _slow(user):
     """Make the study long: plain conjugate directions."""
     form = user.room.panel.form
-    form.method.setCurrentIndex(form.method.findData("powell"))
-    form.norm.setCurrentIndex(form.norm.findData("none"))
-    form.variables.setValue(60)
+    form.method.box.setCurrentIndex(form.method.box.findText(Powell.title))
+    form.method.form.editors["metric"].put("none")
+    form.refinement.editors["variables"].put(60)
+    form.changed.emit()
 
 
 def test_a_fit_runs_from_the_window_and_its_last_iterate_is_one_undoable_edit(studio):
@@ -146,14 +149,14 @@ def test_the_frozen_layers_of_the_chosen_lattice_are_offered(studio):
     form, document = studio.room.panel.form, studio.window.document
     document.do(CreateBox("Box", (-0.1, -0.2, 0.0), (1.1, 0.2, 0.0), (6, 4), (3, 3), frozen=1))
     assert form.lattice.currentText() == "Box"
-    assert form.frozen.value() == 1
-    assert form.plan.frozen == 1
-    form.frozen.setValue(0)
+    assert form.variables.editors["frozen"].value() == 1
+    assert form.spec.variables.frozen == 1
+    form.variables.editors["frozen"].put(0)
     document.do(CreateBox("Other", (-0.1, -0.2, 0.0), (1.1, 0.2, 0.0), (6, 4), (3, 3)))
-    assert form.plan.frozen == 0  # what the user has said stays
+    assert form.spec.variables.frozen == 0  # what the user has said stays
     form.lattice.setCurrentIndex(0)
     form.lattice.setCurrentIndex(form.lattice.findText("Box"))
-    assert form.plan.frozen == 1
+    assert form.spec.variables.frozen == 1
 
 
 def test_the_hint_of_the_points_panel_is_seen_whole_above_the_plots(studio):
@@ -242,7 +245,7 @@ def test_an_edit_during_a_run_keeps_what_is_seen_and_ends_following(studio):
 
 
 def test_what_is_wrong_with_a_plan_is_said_beside_the_buttons(studio):
-    studio.room.panel.form.target.setText("/nowhere/foil.dat")
+    studio.room.panel.form.objective.form.editors["target"].put("/nowhere/foil.dat")
     studio.room.panel.form.changed.emit()
     studio.trigger("study.start")
     _ended(studio)
@@ -295,8 +298,8 @@ def test_a_bar_inserts_its_knot_and_the_shape_stays(studio):
 
 def test_the_airfoil_view_follows_a_drag_by_hand(studio):
     studio.trigger("study.airfoil")
-    plan = studio.room.panel.form.plan
-    studio.window.document.do(box_around(plan, studio.window.document.model))
+    spec = studio.room.panel.form.spec
+    studio.window.document.do(new_lattice(spec, studio.window.document.model))
     studio.idle()
     view = studio.room.airfoil_view
     studio.qtbot.waitUntil(lambda: view.view is not None, timeout=PATIENCE)
@@ -369,12 +372,13 @@ def test_a_program_drives_a_study_and_its_failure_loses_nothing(studio, foil, fa
     script = foil.with_name("solver.py")
     script.write_text(PROGRAM.replace("LAST", "3").replace("FAIL", fail))
     form = studio.room.panel.form
-    form.objective.setCurrentIndex(form.objective.findData("program"))
-    form.target.setText(f"{sys.executable} ./solver.py")
-    form.sensitivity.setChecked(True)
-    form.time_limit.setValue(3)
-    form.indicator.setCurrentIndex(form.indicator.findData(""))
-    form.iterations.setValue(4)
+    form.objective.box.setCurrentIndex(form.objective.box.findText(ProgramSpec.title))
+    editors = form.objective.form.editors
+    editors["command"].put((sys.executable, "./solver.py"))
+    editors["sensitivity"].put(True)
+    editors["time_limit"].put(3.0)
+    form.refine.setChecked(False)
+    form.budget.editors["iterations"].put(4)
     form.changed.emit()
     studio.trigger("study.start")
     _ended(studio)

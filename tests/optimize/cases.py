@@ -2,16 +2,26 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 
 import ffdstudio as ffd
-from ffdstudio.optimize.fits.task import section_box
+from ffdstudio.optimize.build.build import Built, build
+from ffdstudio.optimize.build.lattice import section_box
+from ffdstudio.optimize.build.place import Place
 from ffdstudio.optimize.geometry.sections import sampled
 from ffdstudio.optimize.objectives.base import Objective
 from ffdstudio.optimize.runs.study import Task
+from ffdstudio.optimize.spec.codec import from_values
 from ffdstudio.optimize.variables.metrics import Surface
 
 Array = np.ndarray
+
+
+def built(values: dict, beside: Path, folder: Path | None = None, resume: bool = False) -> Built:
+    """Study of the values of a case file that lies in a folder."""
+    return build(from_values(values), Place(beside, folder, resume))
 
 
 def section(count: int = 161) -> Array:

@@ -8,8 +8,9 @@ import pytest
 import ffdstudio as ffd
 from ffdstudio.errors import InputError
 from ffdstudio.meshes import write_mesh
-from ffdstudio.optimize.cases.case import build, read_case
+from ffdstudio.optimize.build.build import read_case
 from ffdstudio.optimize.geometry.sections import target_contour, trailing_gap
+from tests.optimize.cases import built
 
 FLOW = """
 [shape]
@@ -50,9 +51,17 @@ def changed(text, table, lines):
         ("lattice", "degrees = [3.7, 1]", r"\[lattice\] degrees must be"),
         ("lattice", "degrees = [3]", "2 directions need as many, got 1"),
         ("lattice", "lower = [0, -1]", "lower and upper go together"),
-        ("variables", "fixed = [1, 2]", "fixed must be a list of control points"),
-        ("variables", 'fixed = [["a", "b"]]', "fixed must be a list of control points"),
-        ("variables", "fixed = [[1.5, 0]]", "fixed must be a list of control points"),
+        ("variables", "fixed = [1, 2]", "fixed must be a list of values"),
+        (
+            "variables",
+            'fixed = [["a", "b"]]',
+            "fixed must be a list of values",
+        ),
+        (
+            "variables",
+            "fixed = [[1.5, 0]]",
+            "fixed must be a list of values",
+        ),
         ("variables", "fixed = [[9, 0]]", "no control point"),
         ("variables", 'directions = [["y"]]', r"\[variables\] directions must be"),
         ("variables", 'directions = ["z"]', "a section moves in x and y"),
@@ -73,21 +82,21 @@ def changed(text, table, lines):
 )
 def test_what_cannot_be_is_refused_before_anything_runs(table, lines, message, tmp_path):
     with pytest.raises(InputError, match=message):
-        build(changed(FLOW, table, lines), tmp_path, None, False)
+        built(changed(FLOW, table, lines), tmp_path)
 
 
 def test_a_mirrored_direction_is_not_refined_and_the_case_says_so(tmp_path):
     values = changed(FLOW, "variables", 'mirror = "j"')
     values["refinement"] = {"variables": 20, "directions": ["i", "j"]}
     with pytest.raises(InputError, match="j is mirrored or linked"):
-        build(values, tmp_path, None, False)
+        built(values, tmp_path)
 
 
 def test_rows_are_not_refined_one_by_one_with_fixed_points(tmp_path):
     values = changed(FLOW, "variables", "fixed = [[0, 0]]")
     values["refinement"] = {"variables": 20, "row_wise": True}
     with pytest.raises(InputError, match="row_wise: it knows frozen layers"):
-        build(values, tmp_path, None, False)
+        built(values, tmp_path)
 
 
 def test_a_least_squares_method_says_that_it_knows_no_constraints(tmp_path):
@@ -95,13 +104,13 @@ def test_a_least_squares_method_says_that_it_knows_no_constraints(tmp_path):
     values["objective"] = {"kind": "contour", "target": "naca2412"}
     values["method"] = {"name": "gauss-newton"}
     with pytest.raises(InputError, match="knows no constraints: use slsqp"):
-        build(values, tmp_path, None, False)
+        built(values, tmp_path)
 
 
 def test_single_brackets_of_constraints_are_refused(tmp_path):
     values = {**tomllib.loads(FLOW), "constraints": {"kind": "area", "lower": 0.1}}
     with pytest.raises(InputError, match="double brackets"):
-        build(values, tmp_path, None, False)
+        built(values, tmp_path)
 
 
 def test_the_length_of_a_mirrors_normal_does_not_matter(tmp_path):
@@ -109,7 +118,7 @@ def test_the_length_of_a_mirrors_normal_does_not_matter(tmp_path):
     for normal in ("[0, 1, 0]", "[0, 2, 0]"):
         values = changed(FLOW, "variables", f'mirror = "j"\nmirror_normal = {normal}')
         values["budget"] = {"iterations": 2}
-        shapes.append(build(values, tmp_path, None, False).study.run().lattice(-1))
+        shapes.append(built(values, tmp_path).study.run().lattice(-1))
     np.testing.assert_allclose(shapes[0].control_points, shapes[1].control_points, atol=1e-12)
 
 
@@ -120,11 +129,11 @@ def test_the_source_gets_the_trailing_edge_of_its_target(shared, tmp_path):
     values["objective"] = {"kind": "contour", "target": target}
     values["method"] = {"name": "gauss-newton", "metric": "l2"}
     values["refinement"] = {"variables": 70}
-    case = build(values, tmp_path, None, False)
+    case = built(values, tmp_path)
     assert case.shape.points[0, 1] - case.shape.points[-1, 1] == pytest.approx(gap, abs=1e-12)
     assert np.sqrt(2 * case.study.run().iterates[-1].cost) < 2e-6  # as near as `fit` comes
     values["shape"]["trailing_edge"] = "keep"
-    kept = build(values, tmp_path, None, False)
+    kept = built(values, tmp_path)
     assert kept.shape.points[0, 1] == kept.shape.points[-1, 1]
 
 
@@ -150,7 +159,7 @@ def test_a_section_of_another_length_and_place_gives_the_same_study(goal, root, 
     costs = []
     for source in (root / "sample_meshes" / "naca0012.su2", tmp_path / "moved.su2"):
         values["shape"] = {"source": str(source), "marker": "airfoil"}
-        history = build(values, tmp_path, None, False).study.run()
+        history = built(values, tmp_path).study.run()
         costs.append([record.cost for record in history.iterates])
         assert max(v for k, v in history.iterates[-1].measures.items() if "viol" in k) < 1e-6
     assert costs[0][0] == pytest.approx(costs[1][0], rel=1e-6)
@@ -165,9 +174,9 @@ def test_constraints_of_a_program_are_those_of_the_section_in_its_mesh(root, tmp
         {"kind": "area", "lower": 0.01},
         {"kind": "max-thickness", "lower": 0.1},
     ]
-    part = build(values, tmp_path, None, False)
+    part = built(values, tmp_path)
     values["objective"] = {"kind": "program", "command": ["true"]}
-    whole = build(values, tmp_path, tmp_path / "out", False)
+    whole = built(values, tmp_path, tmp_path / "out")
     assert len(whole.shape.points) > len(part.shape.points)
     for mine, its in zip(whole.task.constraints, part.task.constraints, strict=True):
         found, known = mine.slack(whole.shape.points), its.slack(part.shape.points)

@@ -1,34 +1,53 @@
-"""The documents of the case files tell of every key, and of no other."""
+"""What is said of case files is made from the catalog: reference, schema, examples."""
 
-import re
+import json
+import tomllib
 
-from ffdstudio.optimize.cases import schema
+import jsonschema
+import pytest
+
+from ffdstudio.optimize.catalog.constraints import CONSTRAINTS
 from ffdstudio.optimize.catalog.methods import METHODS
+from ffdstudio.optimize.catalog.objectives import OBJECTIVES
+from ffdstudio.optimize.spec.codec import schema
+from ffdstudio.optimize.spec.reference import reference
 
 
-def test_every_key_is_documented(root):
+def test_the_reference_beside_the_cases_is_that_of_the_catalog(root):
     text = (root / "resources" / "cases" / "README.md").read_text()
-    sections = re.split(r"^### ", text, flags=re.MULTILINE)
-    tables = {
-        "[shape]": [schema.SHAPE],
-        "[lattice]": [schema.LATTICE],
-        "[variables]": [schema.VARIABLES],
-        "[objective]": [*schema.OBJECTIVES.values(), schema.DEFORMED],
-        "[[constraints]]": [*schema.CONSTRAINTS.values(), schema.LIMITS],
-        "[method]": [schema.METHOD],
-        "[refinement]": [schema.REFINEMENT],
-        "[budget]": [schema.BUDGET],
-    }
-    for name, keys in tables.items():
-        (section,) = [part for part in sections if part.startswith((f"`{name}`", name))]
-        missing = {key for table in keys for key in table if f"`{key}`" not in section}
-        assert not missing, f"{name} says nothing of {missing}"
-    for kind in (*schema.OBJECTIVES, *schema.CONSTRAINTS):
-        assert f'`"{kind}"`' in text
-    assert all(f'"{kind.kind()}"' in text for kind in METHODS)
+    told = text.partition("<!-- catalog -->\n")[2].partition("<!-- end of catalog -->")[0]
+    assert told == reference(), "write it anew: ffdstudio optimize --reference"
 
 
-def test_every_example_is_in_the_list(root):
+def test_the_reference_tells_of_every_kind():
+    text = reference()
+    for kind in (*OBJECTIVES, *CONSTRAINTS, *METHODS):
+        assert f'`"{kind.kind()}"`' in text
+        assert kind.about() in text
+        assert kind.title
+
+
+def test_every_example_is_in_the_list_and_fits_the_schema(root):
     folder = root / "resources" / "cases"
     text = (folder / "README.md").read_text()
-    assert all(f"`{path.name}`" in text for path in folder.glob("*.toml"))
+    rule = json.loads(json.dumps(schema()))
+    jsonschema.Draft202012Validator.check_schema(rule)
+    for path in folder.glob("*.toml"):
+        assert f"`{path.name}`" in text
+        jsonschema.validate(tomllib.loads(path.read_text()), rule)
+
+
+@pytest.mark.parametrize(
+    ("table", "key", "value"),
+    [
+        ("shape", "points", 4),
+        ("lattice", "colour", "red"),
+        ("objective", "kind", "drag"),
+        ("budget", "iterations", 0),
+    ],
+)
+def test_the_schema_refuses_what_a_case_cannot_say(root, table, key, value):
+    values = tomllib.loads((root / "resources" / "cases" / "contour.toml").read_text())
+    values.setdefault(table, {})[key] = value
+    with pytest.raises(jsonschema.ValidationError):
+        jsonschema.validate(values, json.loads(json.dumps(schema())))

@@ -2,6 +2,7 @@
 
 import os
 import stat
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -9,10 +10,11 @@ import pytest
 
 from ffdstudio import InputError
 from ffdstudio.cli.main import main
-from ffdstudio.optimize.cases.case import Case, build, built
-from ffdstudio.optimize.cases.objectives import Place
+from ffdstudio.optimize.build.build import Built, build
+from ffdstudio.optimize.build.place import Place
 from ffdstudio.optimize.consent import Consent, NotTrusted, Order, located, require, source_of
 from ffdstudio.optimize.objectives.function import PythonFunction
+from ffdstudio.optimize.spec.codec import from_values
 
 
 def program(path: Path, text: str = "#!/bin/sh\nexit 0\n") -> Path:
@@ -105,23 +107,26 @@ def test_a_module_of_a_project_is_not_imported_without_leave(tmp_path):
     )
     place = Place(tmp_path, tmp_path / "runs", source=Path("wing.ffdproj"))
     with pytest.raises(NotTrusted, match=r"wing\.ffdproj"):
-        built(with_function("of_a_stranger:cost"), place)
+        build(from_values(with_function("of_a_stranger:cost")), place)
     assert not (tmp_path / "ran").exists()
-    trusted = place._replace(consent=Consent(everything=True))
-    assert isinstance(built(with_function("of_a_stranger:cost"), trusted), Case)
+    trusted = replace(place, consent=Consent(everything=True))
+    assert isinstance(build(from_values(with_function("of_a_stranger:cost")), trusted), Built)
     assert (tmp_path / "ran").exists()
 
 
 def test_a_program_of_a_project_is_not_set_up_without_leave(tmp_path):
     place = Place(tmp_path, tmp_path / "runs", source=tmp_path)
     with pytest.raises(NotTrusted, match="asks to run the program 'sh -c true'"):
-        built(with_program("sh", "-c", "true"), place)
-    built(with_program("sh", "-c", "true"), place._replace(consent=Consent(everything=True)))
+        build(from_values(with_program("sh", "-c", "true")), place)
+    build(
+        from_values(with_program("sh", "-c", "true")),
+        replace(place, consent=Consent(everything=True)),
+    )
 
 
 def test_a_case_that_is_named_is_trusted(tmp_path):
     assert isinstance(
-        build(with_program("sh", "-c", "true"), tmp_path, tmp_path / "o", False), Case
+        build(from_values(with_program("sh", "-c", "true")), Place(tmp_path, tmp_path / "o")), Built
     )
 
 

@@ -4,12 +4,11 @@ import numpy as np
 import pytest
 
 from ffdstudio.errors import InputError
-from ffdstudio.optimize.cases.case import build
 from ffdstudio.optimize.flow.panel import PanelFlow
 from ffdstudio.optimize.flow.pressure_table import panels, read_pressures
 from ffdstudio.optimize.geometry.sections import sampled
 from ffdstudio.optimize.objectives.flow import FlowTarget
-from tests.optimize.cases import section
+from tests.optimize.cases import built, section
 
 POINTS = section(161)
 
@@ -46,11 +45,11 @@ def test_tables_at_several_angles_lead_to_the_section_that_they_are_of(tmp_path)
         "objective": {"kind": "flow", "angles": [0.0, 4.0], "pressures": files},
         "budget": {"evaluations": 80},
     }
-    history = build(values, tmp_path, None, False).study.run()
+    history = built(values, tmp_path).study.run()
     assert history.iterates[-1].cost < 1e-3 * history.iterates[0].cost
     values["objective"]["pressures"] = files[:1]
     with pytest.raises(InputError, match="2 angles need as many targets of pressure"):
-        build(values, tmp_path, None, False)
+        built(values, tmp_path)
 
 
 @pytest.mark.parametrize(

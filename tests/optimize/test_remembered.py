@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from ffdstudio import InputError
-from ffdstudio.optimize.cases.case import read_case
+from ffdstudio.optimize.build.build import read_case
 from ffdstudio.optimize.objectives.base import Abilities, Evaluation, Objective, Request
 from ffdstudio.optimize.objectives.identity import identity, program_files
 from ffdstudio.optimize.objectives.remembered import Remembered

@@ -12,6 +12,10 @@ from ffdstudio.cli.main import main
 from ffdstudio.engine import Lattice
 from ffdstudio.errors import InputError
 from ffdstudio.exchange import read_lattice, write_lattice
+from ffdstudio.optimize.constraints.thickness import MaxThicknessLimit
+from ffdstudio.optimize.objectives.contour import ContourSpec
+from ffdstudio.optimize.spec.parts import LatticeSpec, ShapeSpec
+from ffdstudio.optimize.spec.study import StudySpec
 from ffdstudio.project import commands as c
 from ffdstudio.project.document import Document
 from ffdstudio.project.files.command_codec import to_command, to_words
@@ -20,6 +24,12 @@ from ffdstudio.project.files.replaying import export, replay
 from tests.project.scenes import BOX, opened, write_cube
 
 BENT = BOX.lattice.moved(BOX.lattice.control_points * 1.1, BOX.lattice.weights * 0.7)
+STUDY = StudySpec(
+    shape=ShapeSpec(source="<body1>", marker="foil", points=301),
+    lattice=LatticeSpec(file="<lattice2>"),
+    objective=ContourSpec(target="rae2822.dat", unit="tolerance"),
+    constraints=(MaxThicknessLimit(lower=0.1 + 0.2),),
+)
 EVERY = [
     c.OpenMesh("/a/b.su2", "ab12", "wing", False, "#aabbcc", ("low", "high"), "strip"),
     BOX,
@@ -52,6 +62,10 @@ EVERY = [
     c.RemoveShape("lattice2", "a"),
     c.BlendShapes("lattice2", (("a", 0.5), ("b", -1.0))),
     c.UseIterate("lattice2", BENT, "iterate 3"),
+    c.AddStudy("Study 1", STUDY),
+    c.DuplicateStudy("study3"),
+    c.RenameStudy("study3", "Flügel »2«"),
+    c.RemoveStudy("study3"),
 ]
 
 

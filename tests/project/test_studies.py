@@ -1,9 +1,8 @@
-"""Plans become studies of the document; indicators and the airfoil view beside them."""
+"""Studies of the document: what they begin with, that they can be undone, saved and reopened."""
 
 from __future__ import annotations
 
-from dataclasses import replace
-
+import msgspec
 import numpy as np
 import pytest
 
@@ -11,11 +10,21 @@ import ffdstudio as ffd
 from ffdstudio.errors import InputError
 from ffdstudio.meshes import Mesh
 from ffdstudio.meshes.airfoil import naca4
+from ffdstudio.optimize.build.place import given
+from ffdstudio.optimize.constraints.lift import LiftLimit
+from ffdstudio.optimize.constraints.thickness import MaxThicknessLimit
+from ffdstudio.optimize.methods.gauss_newton import GaussNewton
+from ffdstudio.optimize.methods.slsqp import Slsqp
+from ffdstudio.optimize.objectives.contour import ContourSpec
+from ffdstudio.optimize.objectives.flow import FlowSpec
+from ffdstudio.optimize.objectives.surface import SurfaceSpec
+from ffdstudio.optimize.spec.parts import LatticeSpec, ShapeSpec, VariablesSpec
+from ffdstudio.optimize.spec.refinement import RefinementSpec
+from ffdstudio.optimize.spec.study import StudySpec
 from ffdstudio.project.commands import AddLattice, InsertKnots, MovePoints, OpenMesh
 from ffdstudio.project.document import Document
 from ffdstudio.project.studies.indicator import bars
-from ffdstudio.project.studies.plan import Limit, Plan, box_around, checked
-from ffdstudio.project.studies.task import prepare
+from ffdstudio.project.studies.starting import checked, new_lattice, on_lattice, prepare
 from ffdstudio.project.view.section_view import section_view
 
 
@@ -34,18 +43,33 @@ def _document(contour):
     return document
 
 
-def _prepared(document, plan):
-    plan = checked(plan, document.model)
-    document.do(box_around(plan, document.model))
-    return prepare(plan, document.model, document.model.active_lattice)
+def changed(study, **parts):
+    """A study with keys of its tables replaced."""
+    new = {}
+    for table, values in parts.items():
+        old = getattr(study, table)
+        new[table] = msgspec.structs.replace(old, **values) if isinstance(values, dict) else values
+    return msgspec.structs.replace(study, **new)
 
 
-BASE = Plan("body1", "foil", target="naca2412", columns=5, variables=20)
+def _prepared(document, study):
+    study = checked(study, document.model)
+    document.do(new_lattice(study, document.model))
+    return prepare(on_lattice(study, document.model.active), document.model)
 
 
-def test_a_plan_of_the_document_does_what_the_command_line_does():
-    prepared = _prepared(_document(naca4("0012", points=201)), BASE)
-    last = prepared.study.run().iterates[-1]
+BASE = StudySpec(
+    shape=ShapeSpec(source=given("body1"), marker="foil", points=301),
+    lattice=LatticeSpec(shape=(5, 2), degrees=(3, 1), margin=(0.01, 0.05)),
+    objective=ContourSpec(target="naca2412"),
+    method=GaussNewton(),
+    refinement=RefinementSpec(variables=20),
+)
+
+
+def test_a_study_of_the_document_does_what_the_command_line_does():
+    built = _prepared(_document(naca4("0012", points=201)), BASE)
+    last = built.study.run().iterates[-1]
     same = ffd.fit("naca0012", "naca2412", columns=10, start=5, relocate=False)
     assert last.variables == same.variables == 20
     assert last.measures["rms"] == pytest.approx(same.rms, rel=0.05)
@@ -58,16 +82,33 @@ def test_a_scaled_and_shifted_section_is_fitted_in_chords():
     assert moved.measures["rms"] == pytest.approx(unit.measures["rms"], rel=1e-3)
 
 
-def test_limits_hold_at_the_end_of_a_study():
-    limits = (Limit("max thickness", "at least", 0.12), Limit("lift", "equal to", 0.4, 1.0))
-    plan = replace(
-        BASE, objective="pressure", method="slsqp", metric="h1", angle=1.0, limits=limits,
-        indicator="", columns=6,
-    )  # fmt: skip
-    prepared = _prepared(_document(naca4("0012", points=201)), plan)
-    measured = prepared.study.run().iterates[-1].measures
+def test_constraints_hold_at_the_end_of_a_study():
+    study = changed(
+        BASE,
+        shape={"points": 161},
+        lattice={"shape": (6, 2)},
+        objective=FlowSpec(angles=(1.0,), target="naca2412"),
+        constraints=(MaxThicknessLimit(lower=0.12), LiftLimit(equal=0.4, angle=1.0)),
+        method=Slsqp(),
+        refinement=None,
+    )
+    built = _prepared(_document(naca4("0012", points=201)), study)
+    measured = built.study.run().iterates[-1].measures
     assert measured["violation: lift"] < 1e-6
-    assert measured["violation: max thickness"] < 1e-6
+    assert measured["violation: max-thickness"] < 1e-6
+    assert measured["cl@1"] == pytest.approx(0.4, abs=1e-6)
+
+
+def test_the_angle_of_a_study_is_no_lift_coefficient():
+    study = changed(
+        BASE,
+        shape={"points": 81},
+        objective=FlowSpec(angles=(3.0,), lift=(0.6,)),
+        method=Slsqp(),
+        refinement=None,
+    )
+    last = _prepared(_document(naca4("0012", points=201)), study).study.run().iterates[-1]
+    assert last.measures["cl@3"] == pytest.approx(0.6, abs=1e-3)
 
 
 def test_a_surface_is_brought_to_a_target_mesh(tmp_path):
@@ -81,35 +122,39 @@ def test_a_surface_is_brought_to_a_target_mesh(tmp_path):
     document.do(OpenMesh("/nowhere/flat.vtu", name="flat", mesh=flat))
     box = ffd.Lattice.box([-0.1, -0.1, -0.1], [1.1, 1.1, 0.1], (4, 4, 2), (3, 3, 1))
     document.do(AddLattice("Box", box, box))
-    plan = Plan(
-        "body1", lattice="lattice2", objective="surface", target=str(tmp_path / "raised.vtu"),
-        directions="z", indicator="", metric="l2",
-    )  # fmt: skip
-    prepared = prepare(checked(plan, document.model), document.model, document.model.active_lattice)
-    last = prepared.study.run().iterates[-1]
-    assert last.measures["max_error"] < 1e-3
+    study = StudySpec(
+        shape=ShapeSpec(source=given("body1")),
+        lattice=LatticeSpec(file=given("lattice2")),
+        variables=VariablesSpec(directions=("z",)),
+        objective=SurfaceSpec(target=str(tmp_path / "raised.vtu")),
+        method=GaussNewton(metric="l2"),
+    )
+    built = prepare(checked(study, document.model), document.model)
+    assert built.study.run().iterates[-1].measures["max_error"] < 1e-3
 
 
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        ({"target": " "}, "needs a target"),
-        ({"marker": "far"}, "no airfoil section"),
-        ({"directions": ""}, "a direction"),
-        ({"objective": "surface"}, "build a lattice"),
+        ({"objective": {"target": " "}}, "target must be text"),
+        ({"shape": {"marker": "far"}}, "no airfoil section"),
+        ({"variables": {"directions": ()}}, "directions must be"),
+        ({"objective": SurfaceSpec(target="x.stl"), "shape": {"marker": "far"}}, "build a lattice"),
+        ({"constraints": (MaxThicknessLimit(lower=0.1),)}, "knows no constraints"),
+        ({"lattice": {"file": given("lattice9")}}, "no lattice lattice9"),
     ],
 )
-def test_a_plan_that_cannot_begin_says_why(change, words):
+def test_a_study_that_cannot_begin_says_why(change, words):
     document = _document(naca4("0012", points=51))
     with pytest.raises(InputError, match=words):
-        checked(replace(BASE, **change), document.model)
+        checked(changed(BASE, **change), document.model)
 
 
 def test_the_tallest_bar_of_a_gradient_is_where_it_falls_most():
     document = _document(naca4("0012", points=201))
-    document.do(box_around(BASE, document.model))
+    document.do(new_lattice(BASE, document.model))
     item = document.model.active_lattice
-    found = bars(BASE, document.model, item)
+    found = bars(BASE, document.model, item, "gain")
     assert {bar.axis for bar in found} == {0, 1}
     ends = np.unique(item.rest.knots[0])
     along = [bar for bar in found if bar.axis == 0]
@@ -120,9 +165,8 @@ def test_the_tallest_bar_of_a_gradient_is_where_it_falls_most():
         trial = Document()
         trial.replace(document.model, {}, None)
         trial.do(InsertKnots(item.key, 0, (bar.knot,)))
-        plan = replace(BASE, indicator="")
-        study = prepare(plan, trial.model, trial.model.active_lattice).study
-        fits.append(study.run().iterates[-1].cost)
+        still = on_lattice(changed(BASE, refinement=None), item.key)
+        fits.append(prepare(still, trial.model).study.run().iterates[-1].cost)
     assert along[int(np.argmin(fits))] == best
 
 
@@ -139,9 +183,9 @@ def test_the_view_of_a_section_shows_errors_and_pressures():
 
 def test_a_drag_moves_what_is_studied():
     document = _document(naca4("0012", points=101))
-    document.do(box_around(BASE, document.model))
+    document.do(new_lattice(BASE, document.model))
     item = document.model.active_lattice
-    before = bars(BASE, document.model, item)
+    before = bars(BASE, document.model, item, "gain")
     place = item.rest.control_points[2, 1] + [0, 0.02, 0]
     document.do(MovePoints(item.key, ((2, 1),), (tuple(place),)))
-    assert bars(BASE, document.model, document.model.active_lattice) != before
+    assert bars(BASE, document.model, document.model.active_lattice, "gain") != before

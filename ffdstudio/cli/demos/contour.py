@@ -69,20 +69,20 @@ def _write(folder: Path, regular: FitResult, adaptive: FitResult) -> list[str]:
         write_bytes(folder / f"figure5_{name}.csv", plots.table(history))
         files.append(f"figure5_{name}.csv")
     write_lattice(folder / "contour.lattice.json", adaptive.rest, adaptive.lattice, units="chord")
-    points = adaptive.task.deformed(adaptive.lattice)
+    points = adaptive.built.monitor.deformed(adaptive.lattice)
     files += ["contour.lattice.json", write_contour(folder / "contour.dat", "adaptive", points)]
     return files + _sections(folder, adaptive)
 
 
 def _sections(folder: Path, adaptive: FitResult) -> list[str]:
     """The paper's figure 4: the lattice that has adapted itself."""
-    task = adaptive.task
-    assert task.section is not None
-    assert task.target is not None
-    fitted = task.deformed(adaptive.lattice)
+    built = adaptive.built
+    target = built.spec.objective.contour(built.place)
+    assert target is not None
+    fitted = built.monitor.deformed(adaptive.lattice)
     curves = {
-        "NACA 0012": task.section.dense,
-        "RAE 2822": task.target.sample(len(fitted)),
+        "NACA 0012": built.shape.dense,
+        "RAE 2822": target.sample(len(fitted)),
         "fitted": fitted,
     }
     fig = plots.outlines(curves, adaptive.lattice.control_points, target="RAE 2822")

@@ -20,20 +20,19 @@ import numpy as np
 from ffdstudio.aliases import Array
 from ffdstudio.cli.demos.common import FROZEN, Clock, copied_mesh, rendered, save_project
 from ffdstudio.cli.morph import measured
-from ffdstudio.cli.optimize import rest_of
 from ffdstudio.engine import Lattice, embed
+from ffdstudio.engine.spaces import in_space_of
 from ffdstudio.exchange import write_lattice
 from ffdstudio.files import write_bytes
-from ffdstudio.meshes import Mesh, inverted, write_mesh
+from ffdstudio.meshes import Mesh, inverted, read_mesh, write_mesh
 from ffdstudio.optimize import plots
-from ffdstudio.optimize.flow.panel import PanelFlow
-from ffdstudio.optimize.geometry.contour import upper_side
-from ffdstudio.optimize.geometry.sections import target_contour
-from ffdstudio.optimize.geometry.shapes import Shape, mesh_shape
-from ffdstudio.optimize.objectives.flow import FlowTarget
+from ffdstudio.optimize.build.build import Built, build
+from ffdstudio.optimize.build.place import Pair, Place, given
+from ffdstudio.optimize.objectives.flow import FlowSpec
 from ffdstudio.optimize.runs.record import Record, RunHistory
-from ffdstudio.optimize.runs.study import Budget, Refinement, Study, Task
-from ffdstudio.optimize.variables.rules import Rules
+from ffdstudio.optimize.spec.parts import BudgetSpec, LatticeSpec, ShapeSpec, VariablesSpec
+from ffdstudio.optimize.spec.refinement import RefinementSpec
+from ffdstudio.optimize.spec.study import StudySpec
 from ffdstudio.samples import sample
 
 ANGLE = 2.0  # degrees
@@ -49,20 +48,16 @@ def run(folder: Path, evaluations: int = 60) -> dict[str, Any]:
     """Match the pressures, let the mesh follow, write everything, return the figures."""
     clock = Clock()
     source = copied_mesh(folder)
-    shape = mesh_shape(str(source), "airfoil", whole=False)
-    flow, rests = target(shape.points), lattices()
-    studies = {
-        name: clock(name, partial(_study, rest, flow, shape, evaluations, name == ADAPTIVE))
-        for name, rest in rests.items()
-    }
-    current = studies[ADAPTIVE].lattice(-1)
-    rest = rest_of(rests[ADAPTIVE], current)
-    files = _write(folder, source, shape, rest, current)
-    mesh = _mesh(shape)
+    mesh, rests = read_mesh(source), lattices()
+    built = {name: study(mesh, rest, evaluations, name == ADAPTIVE) for name, rest in rests.items()}
+    studies = {name: clock(name, one.study.run) for name, one in built.items()}
+    one, current = built[ADAPTIVE], studies[ADAPTIVE].lattice(-1)
+    rest = in_space_of(one.rest, current)
+    files = _write(folder, source, mesh, rest, current)
     points = embed(rest, mesh.points).deform(current)
     figures = {**compared(studies, rests, mesh), "lattice": list(rest.shape)}
     files += _convergence(folder, studies, figures["studies"])
-    files += _pressures(folder, flow, shape.points, embed(rest, shape.points).deform(current))
+    files += _pressures(folder, one, embed(rest, one.shape.points).deform(current))
     files += clock("pictures", partial(_picture, folder, mesh, points, current, figures))
     return figures | measured(mesh, points) | {"seconds": clock.seconds, "files": files}
 
@@ -111,22 +106,18 @@ def _inner(count: int) -> list[float]:
 # ---- the studies ---------------------------------------------------------------------------
 
 
-def target(points: Array) -> FlowTarget:
-    """Pressures of the RAE 2822, with panels at the abscissae of the mesh's own."""
-    contour = target_contour(sample("rae2822.dat"))
-    return FlowTarget.like(contour.at(points[:, 0], upper_side(points)), [ANGLE])
-
-
-def _study(
-    rest: Lattice,
-    flow: FlowTarget,
-    shape: Shape,
-    evaluations: int,
-    adaptive: bool,
-) -> RunHistory:
-    refinement = Refinement(variables=VARIABLES, slope=0.8) if adaptive else None
-    task = Task(flow, embed(rest, shape.points), shape.surface, Rules(frozen=FROZEN))
-    return Study(task, "lbfgs", refinement, Budget(evaluations=evaluations)).run()
+def study(mesh: Mesh, rest: Lattice, evaluations: int, adaptive: bool) -> Built:
+    """The study of one lattice, built."""
+    spec = StudySpec(
+        shape=ShapeSpec(source=given("mesh"), marker="airfoil"),
+        lattice=LatticeSpec(file=given("lattice")),
+        variables=VariablesSpec(frozen=FROZEN),
+        objective=FlowSpec(angles=(ANGLE,), target=str(sample("rae2822.dat"))),
+        refinement=RefinementSpec(variables=VARIABLES, slope=0.8) if adaptive else None,
+        budget=BudgetSpec(evaluations=evaluations),
+    )
+    objects = {"mesh": mesh, "lattice": Pair(rest, rest)}
+    return build(spec, Place(objects=objects))
 
 
 def compared(
@@ -143,7 +134,7 @@ def compared(
 def _row(history: RunHistory, limit: int, rest: Lattice, mesh: Mesh) -> dict[str, Any]:
     within = [record for record in history.iterates if solves(record) <= limit]
     current = history.lattice(len(within) - 1)
-    points = embed(rest_of(rest, current), mesh.points).deform(current)
+    points = embed(in_space_of(rest, current), mesh.points).deform(current)
     return {
         "cost_ratio": within[-1].cost / within[0].cost,
         "variables": within[-1].variables,
@@ -160,8 +151,7 @@ def solves(record: Record) -> int:
 # ---- the files -----------------------------------------------------------------------------
 
 
-def _write(folder: Path, source: Path, shape: Shape, rest: Lattice, current: Lattice) -> list[str]:
-    mesh = _mesh(shape)
+def _write(folder: Path, source: Path, mesh: Mesh, rest: Lattice, current: Lattice) -> list[str]:
     write_mesh(mesh, folder / "pressure_morphed.su2", embed(rest, mesh.points).deform(current))
     write_lattice(folder / "pressure.lattice.json", rest, current, frozen=FROZEN, units="chord")
     save_project(folder / "pressure.ffdproj", source, rest, current)
@@ -180,14 +170,14 @@ def _cells(count: int) -> str:
     return "no inverted cell" if count == 0 else f"{count} inverted cells"
 
 
-def _pressures(folder: Path, flow: FlowTarget, start: Array, end: Array) -> list[str]:
-    begin, reached = PanelFlow(start, [ANGLE]), PanelFlow(end, [ANGLE])
-    x = begin.middles.real
-    assert flow.pressure is not None
+def _pressures(folder: Path, built: Built, end: Array) -> list[str]:
+    flow = built.task.objective
+    begin, reached = (flow.pressures(xyz)[f"{ANGLE:g}"] for xyz in (built.shape.points, end))
+    x = begin["shape"][0]
     curves = {
-        "NACA 0012": (x, begin.pressure[0]),
-        TARGET: (x, flow.pressure[0]),
-        "adaptive lattice": (x, reached.pressure[0]),
+        "NACA 0012": begin["shape"],
+        TARGET: (x, begin["target"][1]),
+        "adaptive lattice": (x, reached["shape"][1]),
     }
     return plots.save(plots.pressures(curves, TARGET), folder, "pressure_cp")
 
@@ -207,8 +197,3 @@ def _picture(
         return ["pressure_mesh.png"]
 
     return rendered(draw_it)
-
-
-def _mesh(shape: Shape) -> Mesh:
-    assert shape.mesh is not None
-    return shape.mesh

@@ -31,8 +31,8 @@ from ffdstudio.gui.study.plots import make_plot, narrow, paint_plot, put_key
 from ffdstudio.gui.study.runner import StudyRunner
 from ffdstudio.gui.subscriptions import Listening
 from ffdstudio.gui.theme import Theme
+from ffdstudio.optimize.geometry.profiles import Profile, profiles
 from ffdstudio.project.model import Body
-from ffdstudio.project.studies.airfoils import Profile, profiles
 
 if TYPE_CHECKING:
     from ffdstudio.project.view.section_view import SectionView
@@ -156,9 +156,10 @@ class AirfoilPanel(QWidget):
 
     def _on_draft(self) -> None:
         draft = self._runner.draft
-        target = draft.target if draft is not None and draft.plane else ""
-        if draft is not None and draft.objective != "contour":
-            self.angle.setValue(draft.angle)
+        target = draft.objective.aim if draft is not None else ""
+        attack = None if draft is None else draft.objective.attack
+        if attack is not None:
+            self.angle.setValue(attack)
         if target != self._target:
             self._target = target
             self.ask()

@@ -138,21 +138,21 @@ class StudyPanel(QWidget):
         self._on_state()
 
     def _on_form(self) -> None:
-        self._runner.put_draft(self.form.plan)
-        self.start.setEnabled(self.form.plan is not None and not self._runner.alive)
+        self._runner.put_draft(self.form.spec)
+        self.start.setEnabled(self.form.spec is not None and not self._runner.alive)
 
     def _on_state(self) -> None:
         runner, run = self._runner, self._runner.run
         alive = runner.alive
         paused = run is not None and alive and run.state == "paused"
         self.form.setEnabled(not alive)
-        self.start.setEnabled(not alive and self.form.plan is not None)
+        self.start.setEnabled(not alive and self.form.spec is not None)
         self.pause.setEnabled(alive)
         self.pause.setText("Go on" if paused else "Pause")
-        self.step.setEnabled(self.form.plan is not None)
+        self.step.setEnabled(self.form.spec is not None)
         self.stop.setEnabled(alive)
-        failed = run is not None and not alive and run.note.startswith("failed: ")
-        note = run.note.removeprefix("failed: ") if failed and run is not None else ""
+        failed = run is not None and not alive and run.failed
+        note = "" if run is None or run.ending is None or not failed else run.ending.detail
         say(self.problem, runner.problem or sentence(note) if note else runner.problem)
         if alive or self.problem.text():  # what goes on stands at the top
             self.area.verticalScrollBar().setValue(0)
@@ -180,9 +180,9 @@ class StudyPanel(QWidget):
 
     def begin(self) -> None:
         """Start what the form says."""
-        plan = self.form.plan
-        if plan is not None:
-            self._runner.start(plan)
+        spec = self.form.spec
+        if spec is not None:
+            self._runner.start(spec)
 
     def toggle_pause(self) -> None:
         """Pause, or go on."""
@@ -194,8 +194,8 @@ class StudyPanel(QWidget):
 
     def one_step(self) -> None:
         """One iterate; begins a study if none is under way."""
-        plan = self.form.plan
+        spec = self.form.spec
         if self._runner.alive:
             self._runner.step()
-        elif plan is not None:
-            self._runner.start(plan, paused=True)
+        elif spec is not None:
+            self._runner.start(spec, paused=True)

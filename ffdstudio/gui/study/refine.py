@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -25,6 +24,8 @@ from ffdstudio.gui.study.plots import choice, make_plot, paint_plot
 from ffdstudio.gui.study.runner import StudyRunner
 from ffdstudio.gui.subscriptions import Listening
 from ffdstudio.gui.theme import Theme
+from ffdstudio.optimize.catalog.indicators import INDICATORS
+from ffdstudio.optimize.consent import Consent
 from ffdstudio.project import commands as c
 
 if TYPE_CHECKING:
@@ -35,11 +36,6 @@ SETTLE_MS = 150
 NO_LATTICE = "No lattice yet. Start a study, or build a lattice (Ctrl+L)."
 NO_TARGET = "The bars need an objective: choose a shape and a target in the Study panel."
 WAITING = "The bars come back when the study pauses or ends."
-INDICATORS = {
-    "gain": "Gain (captured by the new functions)",
-    "interval": "Gradient energy of the interval",
-    "gradient": "Gradient of the new control points",
-}
 
 
 class RefinePanel(QWidget):
@@ -49,7 +45,7 @@ class RefinePanel(QWidget):
         super().__init__()
         self._studio, self._runner, self._theme = studio, runner, studio.theme
         self.bars: list[Bar] = []
-        self.indicator = choice(INDICATORS, 14)
+        self.indicator = choice({one.name: one.title for one in INDICATORS}, 14)
         self.indicator.setAccessibleName("Indicator")
         self.best = QPushButton("Insert the &best")
         self.best.setToolTip("Insert the knot of the tallest bar; the shape stays")
@@ -132,7 +128,7 @@ class RefinePanel(QWidget):
         item, draft = self._studio.document.model.active_lattice, self._runner.draft
         if item is None:
             self._blank(NO_LATTICE)
-        elif draft is None or (draft.objective != "lift" and not draft.target):
+        elif draft is None:
             self._blank(NO_TARGET)
         elif self._runner.alive and self._runner.following:
             if not self.bars:
@@ -140,10 +136,16 @@ class RefinePanel(QWidget):
         else:
             from ffdstudio.project.studies.indicator import bars
 
-            plan = replace(draft, indicator=self.indicator.currentData(), metric=draft.metric)
-            model = self._studio.document.model
+            model, name = self._studio.document.model, self.indicator.currentData()
+            folder = self._runner.folders.of("indicator") if draft.objective.runs_code else None
+            source = self._studio.document.records.source_of(draft.objective)
+            consent = Consent(agreed=self._runner.consent.agreed)  # a panel asks for nothing
             self._studio.jobs.start(
-                "Indicator", lambda _: bars(plan, model, item), self._take, self._refuse, "bars"
+                "Indicator",
+                lambda _: bars(draft, model, item, name, folder, source, consent),
+                self._take,
+                self._refuse,
+                "bars",
             )
 
     def _take(self, found: list[Bar]) -> None:

@@ -18,6 +18,8 @@ from __future__ import annotations
 import sys
 import time
 from collections import deque
+from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from psygnal import Signal
@@ -30,12 +32,17 @@ from ffdstudio.gui.jobs import Job, Progress
 from ffdstudio.gui.studio import Studio
 from ffdstudio.gui.study.runs import Run
 from ffdstudio.gui.subscriptions import Listening
-from ffdstudio.project.studies.plan import NEW, Plan, box_around, checked
+from ffdstudio.optimize.build.place import Place, is_given
+from ffdstudio.optimize.consent import Consent, Order
+from ffdstudio.project.commands import AddStudy, RemoveStudy
+from ffdstudio.project.studies.folders import StudyFolders
 from ffdstudio.project.studies.scrubbing import Scrub, scrub
+from ffdstudio.project.studies.starting import checked, new_lattice, on_lattice
 
 if TYPE_CHECKING:
     from ffdstudio.optimize.runs.record import Record
-    from ffdstudio.project.model import LatticeItem, Model
+    from ffdstudio.optimize.spec.study import StudySpec
+    from ffdstudio.project.model import Model, StudyItem
 
 POLL_MS = 50
 REST, LATE_S = 2.0, 0.02  # times the delay; what counts as one, in seconds
@@ -46,7 +53,7 @@ TELL_S = 0.2  # between reports to the status line
 class StudyRunner(QObject):
     """The studies of one window; one runs at a time.
 
-    Signals: `draft_changed` (the form's plan), `changed` (a run began, paused, ended),
+    Signals: `draft_changed` (the form's description), `changed` (a run began, paused, ended),
     `grown` (records arrived), `shown_changed` (another iterate is shown, or none),
     `checked` (its inverted cells have been counted).
     """
@@ -60,13 +67,15 @@ class StudyRunner(QObject):
     def __init__(self, studio: Studio) -> None:
         super().__init__()
         self._studio = studio
-        self.draft: Plan | None = None
+        self.draft: StudySpec | None = None
+        self.folders = StudyFolders()
+        self.consent = Consent(ask=self._asked)
         self.runs: list[Run] = []
         self.run: Run | None = None
         self.place = -1
         self.following = True
         self.problem = ""
-        self._began = 0
+        self._coloured = 0
         self._news = False
         self._polled = self._rest_until = 0.0
         self._scrub: Scrub | None = None
@@ -76,46 +85,67 @@ class StudyRunner(QObject):
         self._timer.setInterval(POLL_MS)
         self._timer.timeout.connect(self.poll)
         studio.jobs.changed.connect(self._on_jobs)
-        self._listening = Listening((studio.document.moved, self._on_moved))
+        self._listening = Listening(
+            (studio.document.moved, self._on_moved),
+            (studio.document.structure_changed, self._sync),
+        )
+        self._sync()
 
     # ---- what the user asks for ---------------------------------------------------------------
 
-    def put_draft(self, plan: Plan | None) -> None:
-        """Take note of the plan that the form describes now."""
-        if plan != self.draft:
-            self.draft = plan
+    def put_draft(self, draft: StudySpec | None) -> None:
+        """Take note of the study that the form describes now."""
+        if draft != self.draft:
+            self.draft = draft
             self.draft_changed.emit()
 
-    def start(self, plan: Plan, paused: bool = False) -> bool:
-        """Begin a study; whether it could begin. With `paused`, one iterate at a time."""
+    def start(self, study: StudySpec, paused: bool = False) -> bool:
+        """Begin a study; whether it could begin. With `paused`, one iterate at a time.
+
+        A study of the document that is ready and does the same is begun; else a new one is made.
+        """
         if self.alive:
             return False
         self.release()
         document = self._studio.document
         try:
-            plan = checked(plan, document.model)
-            if plan.lattice == NEW:
-                document.do(box_around(plan, document.model))
-                item = document.model.lattices[-1]
-            else:
-                item = document.model.lattice(plan.lattice)
+            study = checked(study, document.model)
+            self._ask_leave(study)
+            if not is_given(study.lattice.file):
+                document.do(new_lattice(study, document.model))
+                study = on_lattice(study, document.model.lattices[-1].key)
+            ready = next((r for r in self.runs if r.state == "ready" and r.spec == study), None)
+            if ready is None:
+                document.do(AddStudy(document.model.free_name("Study 1"), study))
+                ready = self._run_of(document.model.studies[-1])
         except InputError as error:
             self._fail(None, error)
             return False
-        self._begin(plan, item, paused)
+        self._begin(ready, paused)
         return True
 
-    def _begin(self, plan: Plan, item: LatticeItem, paused: bool) -> None:
-        from ffdstudio.optimize.runs.record import RunHistory
+    def _ask_leave(self, study: StudySpec) -> None:
+        """Ask whether a program may run that came inside the project; see `consent`."""
+        place = Place(source=self._studio.document.records.source_of(study.objective))
+        study.objective.require(replace(place, consent=self.consent))
 
-        self._began += 1
-        run = Run(f"Study {self._began}", self._began - 1, plan, item.key, RunHistory())
-        self.runs.append(run)
+    def _asked(self, order: Order) -> bool:
+        question = Question(
+            "A program from the project",
+            f"{order.sentence}. Let it run?",
+            "It came inside the project file. Let it run only if you trust who made that file.",
+            (("refuse", "&Do not run"), ("run", "&Run it"), ("cancel", "Cancel")),
+        )
+        return self._studio.asker.choose(question) == "run"
+
+    def _begin(self, run: Run, paused: bool) -> None:
+        document = self._studio.document
+        run.begin(document.records.begin(run.item.key))
         self.run, self.place, self.following, self.problem = run, -1, True, ""
-        model = self._studio.document.settled_model
+        model, folder = document.settled_model, self.folders.of(run.item.key)
         self._job = self._studio.jobs.start(
             run.name,
-            lambda progress: self._work(run, model, item, paused, progress),
+            lambda progress: self._work(run, model, folder, paused, progress),
             lambda _: None,
             lambda error: self._fail(run, error),
             "study",
@@ -124,6 +154,42 @@ class StudyRunner(QObject):
         sys.setswitchinterval(HAND_OVER_S)
         self._polled, self._rest_until = time.monotonic(), 0.0
         self._timer.start()
+        self.changed.emit()
+        self.shown_changed.emit()
+
+    # ---- the document's studies ---------------------------------------------------------------
+
+    def _sync(self) -> None:
+        """Keep a run for each study of the document, in its order."""
+        document = self._studio.document
+        wanted = document.settled_model.studies
+        if [run.item for run in self.runs] == list(wanted):
+            return
+        self.runs = [self._run_of(item) for item in wanted]
+        if self.run is not None and self.run not in self.runs and not self.run.alive:
+            self.run, self.place = (self.runs[-1] if self.runs else None), -1
+        self._coloured = max(self._coloured, len(self.runs))
+        self.changed.emit()
+        self.grown.emit()
+        self.shown_changed.emit()
+
+    def _run_of(self, item: StudyItem) -> Run:
+        """The run of a study; made for one that is new, or was read."""
+        history = self._studio.document.records.history(item.key)
+        for run in self.runs:
+            if run.item.key == item.key and run.history is history:
+                run.item = item
+                return run
+        number = self._coloured
+        self._coloured += 1
+        return Run(item, number, history)
+
+    def select(self, run: Run) -> None:
+        """Look at another study: plots, timeline and figures are about it."""
+        if self.alive or run is self.run:
+            return
+        self.release()
+        self.run, self.place = run, len(run.iterates) - 1
         self.changed.emit()
         self.shown_changed.emit()
 
@@ -171,13 +237,12 @@ class StudyRunner(QObject):
 
     # ---- in the worker ------------------------------------------------------------------------
 
-    def _work(
-        self, run: Run, model: Model, item: LatticeItem, paused: bool, progress: Progress
-    ) -> None:
-        from ffdstudio.project.studies.task import prepare
+    def _work(self, run: Run, model: Model, folder: Path, paused: bool, progress: Progress) -> None:
+        from ffdstudio.project.studies.starting import prepare
 
         progress(0.0, "Preparing")
-        study = prepare(run.plan, model, item).study
+        source = self._studio.document.records.source_of(run.spec.objective)
+        study = prepare(run.spec, model, folder, source, self.consent).study
         if paused:
             study.pause()
         run.study = study  # from here on a stop reaches it; before, a cancel ends this job
@@ -193,7 +258,7 @@ class StudyRunner(QObject):
                 study.stop()
             elif time.monotonic() - told > TELL_S:
                 told = time.monotonic()
-                progress(_fraction(run.plan, record), f"{record.variables} variables")
+                progress(_fraction(run.spec, record), f"{record.variables} variables")
 
         study.run(listen)
 
@@ -242,6 +307,8 @@ class StudyRunner(QObject):
         if self.run is not None and self.run.state != "failed":
             self.run.state = "done"
             self.run.note = self.run.note or "cancelled"
+        self._studio.document.records.ended()
+        self._studio.document.history_changed.emit()
         self.changed.emit()
 
     def _fail(self, run: Run | None, error: Exception) -> None:
@@ -299,15 +366,12 @@ class StudyRunner(QObject):
         self.shown_changed.emit()
 
     def forget(self, run: Run) -> None:
-        """Drop a run that has ended from the plots."""
+        """Remove a study that has ended from the document; an undo brings it back."""
         if run.alive:
             return
-        self.runs.remove(run)
         if self.run is run:
             self.release()
-            self.run, self.place = None, -1
-        self.changed.emit()
-        self.shown_changed.emit()
+        self._studio.do(RemoveStudy(run.item.key))
 
     @property
     def showing(self) -> bool:
@@ -351,15 +415,16 @@ class StudyRunner(QObject):
         if self._study is not None:
             self._study.stop()
         self._studio.jobs.changed.disconnect(self._on_jobs)
+        self.folders.close()
 
 
-def _fraction(plan: Plan, record: Record) -> float:
+def _fraction(study: StudySpec, record: Record) -> float:
     """How far a study is, by whichever budget is most spent."""
-    parts = [0.0]
-    if plan.indicator:
-        parts.append(record.variables / max(1, plan.variables))
-    if plan.evaluations:
-        parts.append(record.evaluation / plan.evaluations)
-    if plan.iterations:
-        parts.append(record.iteration / plan.iterations)
+    parts, budget = [0.0], study.budget
+    if study.refinement is not None:
+        parts.append(record.variables / study.refinement.variables)
+    if budget.evaluations:
+        parts.append(record.evaluation / budget.evaluations)
+    if budget.iterations:
+        parts.append(record.iteration / budget.iterations)
     return min(1.0, max(parts))

@@ -1,4 +1,4 @@
-"""One run of a study as the window keeps it: its plan, its records, its figures as columns."""
+"""One study as the window shows it: its records, its figures as columns, what goes on."""
 
 from __future__ import annotations
 
@@ -8,11 +8,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ffdstudio.aliases import Array
-from ffdstudio.project.studies.plan import Plan
+from ffdstudio.optimize.build.place import is_given
 
 if TYPE_CHECKING:
+    from ffdstudio.optimize.ending import Ending
     from ffdstudio.optimize.runs.record import Record, RunHistory
     from ffdstudio.optimize.runs.study import Study
+    from ffdstudio.optimize.spec.study import StudySpec
+    from ffdstudio.project.model import StudyItem
 
 FIGURES = {
     "cost": "Cost",
@@ -24,6 +27,7 @@ FIGURES = {
 }
 AGAINST = {"evaluation": "Evaluations", "iteration": "Iterations", "seconds": "Time in seconds"}
 STATES = {
+    "ready": "Not begun",
     "preparing": "Preparing …",
     "running": "Running",
     "paused": "Paused",
@@ -34,43 +38,76 @@ STATES = {
 
 @dataclass(eq=False)
 class Run:
-    """A study that runs or has run.
+    """A study of the document: ready, running, or at its end.
 
     Attributes
     ----------
-    name : str
+    item : StudyItem
+        As it is in the document now.
     number : int
         Which picks its colour.
-    plan : Plan
-    key : str
-        Of the lattice in the document.
     history : RunHistory
-        Records that have arrived, a copy of the worker's.
+        Records that have arrived; the document's own.
     state : str
         One of `STATES`.
     note : str
         Why it ended.
     """
 
-    name: str
+    item: StudyItem
     number: int
-    plan: Plan
-    key: str
     history: RunHistory
-    state: str = "preparing"
+    state: str = "ready"
     note: str = ""
+    ending: Ending | None = None
     study: Study | None = None
     stopping: bool = False
     iterates: list[Record] = field(default_factory=list)
     _columns: dict[str, list[float]] = field(default_factory=dict)
 
+    def __post_init__(self) -> None:
+        for record in self.history.records:
+            self._take(record)
+        if self.history.records:
+            self.state = "done"
+            self.note = self.note or "it was not ended"
+
+    @property
+    def name(self) -> str:
+        """Its name in the document."""
+        return self.item.name
+
+    @property
+    def spec(self) -> StudySpec:
+        """What it does."""
+        return self.item.spec
+
+    @property
+    def key(self) -> str:
+        """Key of its lattice in the document; empty if it has none there."""
+        file = self.spec.lattice.file
+        return file[1:-1] if is_given(file) else ""
+
+    @property
+    def failed(self) -> bool:
+        """Whether an evaluation of it failed."""
+        return self.ending is not None and self.ending.failed
+
+    def begin(self, history: RunHistory) -> None:
+        """Forget what was; a new run begins."""
+        self.history, self.state, self.note, self.ending = history, "preparing", "", None
+        self.iterates, self._columns, self.stopping = [], {}, False
+
     def add(self, record: Record) -> None:
         """Take a record that has arrived."""
+        self.history.records.append(record)
+        self._take(record)
+
+    def _take(self, record: Record) -> None:
         from ffdstudio.optimize.runs.record import value_of
 
-        self.history.records.append(record)
         if record.kind == "end":
-            self.note = record.note
+            self.note, self.ending = record.note, record.ending
         if record.kind != "iterate":
             return
         self.iterates.append(record)

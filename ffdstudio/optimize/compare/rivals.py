@@ -8,7 +8,7 @@ import numpy as np
 
 from ffdstudio.aliases import Array
 from ffdstudio.engine import Lattice
-from ffdstudio.optimize.fits.task import MARGIN, section_box
+from ffdstudio.optimize.build.lattice import MARGIN, section_box
 from ffdstudio.optimize.geometry.contour import upper_side
 
 Spacing = Callable[[Array], Array]

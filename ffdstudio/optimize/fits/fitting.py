@@ -7,31 +7,39 @@ import time
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import numpy as np
 
 from ffdstudio.errors import InputError
 from ffdstudio.meshes.airfoil import split_element
-from ffdstudio.optimize.budget import Budget
+from ffdstudio.optimize.build.build import build_on
+from ffdstudio.optimize.build.lattice import ACROSS, MARGIN
+from ffdstudio.optimize.build.place import Place, given
+from ffdstudio.optimize.build.shape import shape_of
+from ffdstudio.optimize.catalog.methods import method_kind
+from ffdstudio.optimize.catalog.metrics import metric_named
 from ffdstudio.optimize.fits.result import FitResult, result_of
-from ffdstudio.optimize.fits.task import FitTask, section_task, surface_of, surface_task
-from ffdstudio.optimize.geometry.sections import POINTS_PER_VARIABLE
-from ffdstudio.optimize.refine.choice import Refinement
-from ffdstudio.optimize.runs.study import Listener, Study
+from ffdstudio.optimize.geometry.sections import POINTS_PER_VARIABLE, points_for
+from ffdstudio.optimize.geometry.shapes import Shape
+from ffdstudio.optimize.geometry.surfaces import surface_of
+from ffdstudio.optimize.methods.base import MethodSpec
+from ffdstudio.optimize.methods.minimax import Minimax
+from ffdstudio.optimize.methods.powell import Powell
+from ffdstudio.optimize.objectives.contour import ContourSpec
+from ffdstudio.optimize.objectives.surface import SurfaceSpec
+from ffdstudio.optimize.runs.study import Listener
+from ffdstudio.optimize.spec.codec import checked
+from ffdstudio.optimize.spec.fields import Letter
+from ffdstudio.optimize.spec.goals import ObjectiveSpec
+from ffdstudio.optimize.spec.parts import BudgetSpec, LatticeSpec, ShapeSpec, VariablesSpec
+from ffdstudio.optimize.spec.refinement import RefinementSpec
+from ffdstudio.optimize.spec.study import StudySpec
 from ffdstudio.optimize.variables.rules import AXES
 
+LETTERS: tuple[Letter, ...] = ("x", "y", "z")
 RELOCATE_UP_TO = 48  # variables: beyond, moving knots costs more than the whole fit
 NOTHING = 1e-8  # of the extent: two splines through one section differ by so much
 KULFAN = 4e-4  # the smallest unit of the norm "max"
-
-# When a cycle of refinement is due. Gauss-Newton converges on each level; a round of conjugate
-# directions is an iteration, and gradient methods go on until an iteration gains little.
-TRIGGERS: dict[str, dict[str, Any]] = {
-    "gauss-newton": {},
-    "minimax": {},
-    "powell": {"iterations": 1},
-    "cg": {"slope": 0.8},
-    "lbfgs": {"slope": 0.8},
-}
 
 
 def fit(
@@ -45,7 +53,7 @@ def fit(
     start: int | None = None,
     method: str = "gauss-newton",
     norm: str = "l2",
-    metric: str = "l2",
+    metric: str = "h1",
     row_wise: bool = False,
     spacing: str = "greville",
     directions: str | None = None,
@@ -126,54 +134,88 @@ def fit(
     _check(method, norm, columns, rows, start, adaptive, spacing)
     _check_directions(directions)
     began = time.perf_counter()
-    first = columns if adaptive is None else min(start or 5, columns)
-    if is_spatial(source):
+    objects: dict[str, Any] = {}
+    spatial = is_spatial(source)
+    if spatial:
         _check_pair(source, target)
-        layers = layers or 2
-        task = surface_task(source, target, (first, rows, layers), metric, directions or "xyz")
-        column = len(task.task.rules.directions) * rows * layers
-        _check_points(task, columns * column if adaptive is None else first * column)
     elif layers is not None:
         raise InputError("layers are for surfaces in 3D; the source is a section")
     elif directions is not None:
         raise InputError("directions are for surfaces in 3D; a section is deformed in y")
-    else:
-        column = rows
-        task = section_task(
-            source, target, (first, rows), metric, spacing, norm, adaptive is not None,
-            variables or columns * rows,
-        )  # fmt: skip
+    first = columns if adaptive is None else min(start or 5, columns)
+    across = (rows, layers or 2) if spatial else (rows,)
+    column = int(np.prod(across)) * (len(directions or "xyz") if spatial else 1)
     final = variables or columns * column
     if final < first * column:
         raise InputError(
             f"{final} variables are fewer than the {first * column} that the fit begins with"
         )
-    name = "minimax" if norm == "max" else method
-    refinement = None
-    if adaptive is not None:
-        if relocate is None:
-            relocate = (
-                name in ("gauss-newton", "minimax") and final <= RELOCATE_UP_TO and not task.spatial
-            )
-        refinement = Refinement(
-            adaptive, task.axes, final, positions, insertions, row_wise, relocate=relocate,
-            **_trigger(name, metric),
-        )  # fmt: skip
-    if tolerance is None:
-        tolerance = NOTHING / KULFAN if norm == "max" else NOTHING * extent(task)
-    budget = Budget(evaluations, iterations, 0.5 * tolerance**2)
-    study = Study(
-        task.task, name, refinement, budget, folder=None if folder is None else Path(folder),
-        resume=resume,
+    kind = Minimax if norm == "max" else method_kind(method)
+    if relocate is None:
+        relocate = kind.residuals and final <= RELOCATE_UP_TO and not spatial
+    names = _named(source, "source", objects), _named(target, "target", objects)
+    spec = StudySpec(
+        shape=_shape(names[0], spatial, variables or columns * rows),
+        lattice=_lattice((first, *across), spatial, spacing, adaptive is not None),
+        variables=_variables(spatial, directions or "xyz"),
+        objective=_objective(names[1], spatial, norm),
+        method=kind(metric=metric),
+        refinement=None if adaptive is None else RefinementSpec(
+            indicator=adaptive, directions=("i", "j", "k") if spatial else ("i",),
+            variables=final, positions=positions, insertions=insertions, row_wise=row_wise,
+            relocate=relocate, **_trigger(kind, metric),
+        ),
+        budget=BudgetSpec(evaluations=evaluations, iterations=iterations),
     )  # fmt: skip
-    history = study.run(listener)
-    return result_of(history, task, time.perf_counter() - began)
+    spec = checked(spec)
+    place = Place(folder=None if folder is None else Path(folder), resume=resume, objects=objects)
+    shape = shape_of(spec, place)
+    if spatial:
+        _check_points(shape, columns * column if adaptive is None else first * column)
+    if tolerance is None:
+        tolerance = NOTHING / KULFAN if norm == "max" else NOTHING * extent(shape)
+    budget = msgspec.structs.replace(spec.budget, tolerance=0.5 * tolerance**2)
+    built = build_on(msgspec.structs.replace(spec, budget=budget), place, shape)
+    return result_of(built.study.run(listener), built, time.perf_counter() - began)
 
 
-def _trigger(name: str, metric: str) -> dict[str, Any]:
+def _named(shape: Any, name: str, objects: dict[str, Any]) -> str:
+    """How a description names a shape; arrays and meshes are kept at hand."""
+    if isinstance(shape, str | os.PathLike):
+        return os.fspath(shape)
+    objects[name] = shape
+    return given(name)
+
+
+def _shape(source: str, spatial: bool, variables: int) -> ShapeSpec:
+    return ShapeSpec(source=source, points=None if spatial else points_for(variables))
+
+
+def _lattice(counts: tuple[int, ...], spatial: bool, spacing: str, movable: bool) -> LatticeSpec:
+    if spatial:
+        return LatticeSpec(shape=counts, margin=MARGIN)
+    return LatticeSpec(
+        shape=counts, degrees=(3, counts[1] - 1), margin=(MARGIN, ACROSS),
+        spacing="uniform" if spacing == "uniform" else "greville", movable=movable,
+    )  # fmt: skip
+
+
+def _variables(spatial: bool, letters: str) -> VariablesSpec:
+    wanted = tuple(letter for letter in LETTERS if letter in letters)
+    return VariablesSpec(directions=wanted if spatial else None)
+
+
+def _objective(target: str, spatial: bool, norm: str) -> ObjectiveSpec:
+    if spatial:
+        return SurfaceSpec(target=target)
+    return ContourSpec(target=target, unit="tolerance" if norm == "max" else "chord")
+
+
+def _trigger(kind: type[MethodSpec], metric: str) -> dict[str, Any]:
     """When a cycle is due; plain control points need more rounds to gain from a level."""
-    plain = name == "powell" and metric == "none"
-    return {"iterations": 3} if plain else TRIGGERS[name]
+    if kind is Powell and metric_named(metric).plain:
+        return {"iterations": 3}
+    return kind.trigger._asdict()
 
 
 def is_spatial(source: Any) -> bool:
@@ -189,9 +231,9 @@ def is_spatial(source: Any) -> bool:
     return Path(name).suffix.lower() not in (".dat", ".txt", ".sel", ".lednicer")
 
 
-def extent(task: FitTask) -> float:
+def extent(shape: Shape) -> float:
     """Length that nothing is small against: the chord, or the longest side in 3D."""
-    return float(np.ptp(task.judged.points, axis=0).max())
+    return float(np.ptp(shape.dense, axis=0).max())
 
 
 def _check_counts(**counts: int | None) -> None:
@@ -213,11 +255,11 @@ def _check_directions(directions: str | None) -> None:
         raise InputError(f"directions are letters out of xyz, each once, got {directions!r}")
 
 
-def _check_points(task: FitTask, variables: int) -> None:
-    most = len(task.judged.points) // POINTS_PER_VARIABLE
+def _check_points(shape: Shape, variables: int) -> None:
+    most = len(shape.points) // POINTS_PER_VARIABLE
     if variables > most:
         raise InputError(
-            f"the {len(task.judged.points)} points of the source suffice for {most} variables, "
+            f"the {len(shape.points)} points of the source suffice for {most} variables, "
             f"not for {variables}"
         )
 
@@ -249,9 +291,10 @@ def _check(
 ) -> None:
     if norm not in ("l2", "max"):
         raise InputError(f'the norm must be "l2" or "max", got {norm!r}')
-    if method not in TRIGGERS:
-        raise InputError(f"the method must be one of {', '.join(TRIGGERS)}, got {method!r}")
-    if norm == "max" and method not in ("gauss-newton", "minimax"):
+    kind = method_kind(method)
+    if kind.constraints:
+        raise InputError(f"the method {method} is for constraints, which a fit has not")
+    if norm == "max" and not kind.residuals:
         raise InputError(f'the norm "max" has a method of its own, {method} is for "l2"')
     if columns < 4 or rows < 2 or (start is not None and start < 4):
         raise InputError("a fit needs at least 4 columns, at the start as well, and 2 rows")

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from ffdstudio.engine import Lattice
-from ffdstudio.optimize.fits.task import FitTask
+from ffdstudio.optimize.build.build import Built
 from ffdstudio.optimize.runs.record import Record, RunHistory
 
 
@@ -29,8 +29,8 @@ class FitResult:
     lattice, rest : Lattice
     study : RunHistory
         All records.
-    task : FitTask
-        Source, target and figures, for plots.
+    built : Built
+        Description, shape and figures, for plots.
     """
 
     rms: float
@@ -47,7 +47,7 @@ class FitResult:
     lattice: Lattice
     rest: Lattice
     study: RunHistory = field(repr=False)
-    task: FitTask = field(repr=False)
+    built: Built = field(repr=False)
 
     def to_json(self) -> dict[str, Any]:
         """The figures and the history, as plain values."""
@@ -58,13 +58,13 @@ class FitResult:
         return {name: getattr(self, name) for name in names}
 
 
-def result_of(history: RunHistory, task: FitTask, seconds: float) -> FitResult:
+def result_of(history: RunHistory, built: Built, seconds: float) -> FitResult:
     """Result of a study that has ended."""
     figures = [_figures(record) for record in history.iterates]
     lattice = history.lattice(-1)
     return FitResult(
         **figures[-1] | {"seconds": seconds}, ended=history.records[-1].note, history=figures,
-        lattice=lattice, rest=task.rest_of(lattice), study=history, task=task,
+        lattice=lattice, rest=built.monitor.rest_of(lattice), study=history, built=built,
     )  # fmt: skip
 
 

@@ -1,20 +1,19 @@
-"""What a case optimizes: a section, or the marker of a mesh; as points in a useful order."""
+"""The points that an objective sees: a section or a surface, in a useful order."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ffdstudio.aliases import Array
 from ffdstudio.errors import InputError
-from ffdstudio.meshes import Mesh, read_mesh
-from ffdstudio.meshes.airfoil import split_element
+from ffdstudio.meshes import Mesh
 from ffdstudio.optimize.geometry.chord import Chord
-from ffdstudio.optimize.geometry.sections import is_naca, opened, sampled
+from ffdstudio.optimize.geometry.contour import Contour
+from ffdstudio.optimize.geometry.sections import DENSE_POINTS
 from ffdstudio.optimize.variables.metrics import Surface
 
 
@@ -30,11 +29,17 @@ class Shape:
     mesh : Mesh, optional
         That they belong to.
     nodes : numpy.ndarray, optional
-        Their numbers in it.
+        Their numbers in it; those of the section that they were sampled from.
     triangles : numpy.ndarray, optional
         Of a surface in 3D.
     contour : numpy.ndarray, optional
         Where the section is among the points of a whole mesh, in Selig's order.
+    outline : numpy.ndarray, optional
+        (m, 3) nodes that a section was sampled from, if it was.
+    judged : numpy.ndarray, optional
+        (k, 3) points that errors are measured at, if there are such.
+    placed : bool
+        Whether a section lies wherever it lies; else it has a chord of 1.
     """
 
     points: Array
@@ -43,6 +48,9 @@ class Shape:
     nodes: NDArray[np.int64] | None = None
     triangles: NDArray[np.int64] | None = None
     contour: NDArray[np.int64] | None = None
+    outline: Array | None = None
+    judged: Array | None = None
+    placed: bool = True
 
     @property
     def flat(self) -> bool:
@@ -52,7 +60,10 @@ class Shape:
     @cached_property
     def chord(self) -> Chord | None:
         """Where the section lies; None for a surface in 3D."""
-        return Chord.of(self.section) if self.flat else None
+        if not self.flat:
+            return None
+        within = self.section if self.outline is None else self.outline
+        return Chord.of(within) if self.placed else Chord(0.0, 0.0, 1.0)
 
     @property
     def section(self) -> Array:
@@ -62,68 +73,27 @@ class Shape:
     @property
     def local(self) -> Array:
         """(n, 3) points of the section in chords, or of the surface as it is."""
-        if self.chord is None or self.chord.unit:
-            return self.section
-        return self.chord.local(self.section)
+        return self.in_chords(self.section)
 
+    def in_chords(self, points: Array) -> Array:
+        """(n, 3) points in chords of the section, or as they are."""
+        return points if self.chord is None or self.chord.unit else self.chord.local(points)
 
-def section_shape(source: str, count: int, gap: float | None = None) -> Shape:
-    """Cosine-spaced section, on request with a gap at its trailing edge."""
-    points = sampled(source, count)
-    if gap is not None:
-        points = opened(points, gap - float(points[0, 1] - points[-1, 1]))
-    return Shape(points, Surface.curve(points))
+    @property
+    def seen(self) -> Array:
+        """(m, 3) points that a lattice is put around."""
+        return self.points[self.surface.mass > 0] if self.outline is None else self.outline
 
-
-def is_section(source: str) -> bool:
-    """Whether a source is the name of a NACA section or an airfoil file."""
-    return is_naca(source) or split_element(source)[0].lower().endswith((".dat", ".txt"))
-
-
-def mesh_shape(path: str, marker: str, whole: bool) -> Shape:
-    """Marker of a mesh; with `whole` all nodes are seen, the marker tells where the metric lives.
-
-    Raises
-    ------
-    InputError
-        If there is no such marker, or it is no contour or surface.
-    """
-    mesh = read_mesh(path)
-    if marker not in mesh.markers:
-        raise InputError(
-            f"{path} has no marker {marker!r}, only {', '.join(mesh.markers) or 'none'}"
-        )
-    elements = mesh.markers[marker]
-    if "line" in elements and mesh.dimension == 2:
-        return _contour_of(mesh, elements["line"], whole)
-    triangles = triangles_of(elements)
-    if not len(triangles):
-        raise InputError(f"marker {marker!r} of {path} is neither a contour nor a surface")
-    used, compact = np.unique(triangles, return_inverse=True)
-    compact = compact.reshape(triangles.shape)
-    points = np.asarray(mesh.points)
-    if whole:
-        surface = Surface.triangles(points, triangles)
-        return Shape(points.copy(), surface, mesh, np.arange(len(points)), triangles)
-    surface = Surface.triangles(points[used], compact)
-    return Shape(points[used], surface, mesh, used, compact)
-
-
-def _contour_of(mesh: Mesh, lines: NDArray[np.int64], whole: bool) -> Shape:
-    points, nodes = np.asarray(mesh.points), selig_order(mesh.points, lines)
-    if whole:
-        surface = Surface.edges(points, lines)
-        return Shape(points.copy(), surface, mesh, np.arange(len(points)), contour=nodes)
-    return Shape(points[nodes], Surface.curve(points[nodes]), mesh, nodes)
-
-
-def triangles_of(elements: dict[str, Any]) -> NDArray[np.int64]:
-    """Triangles of a marker, quads split."""
-    parts = [np.asarray(elements.get("triangle", np.empty((0, 3), dtype=np.int64)))]
-    if "quad" in elements:
-        quads = np.asarray(elements["quad"])
-        parts += [quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]]
-    return np.concatenate(parts)
+    @cached_property
+    def dense(self) -> Array:
+        """(k, 3) points that errors are measured at: many of a section, its own of a surface."""
+        if self.judged is not None:
+            return self.judged
+        if self.chord is None:
+            return self.points
+        outline = self.section if self.outline is None else self.outline
+        found = Contour.through(self.chord.local(outline)).sample(DENSE_POINTS)
+        return self.chord.world(found)
 
 
 def selig_order(points: Array, lines: NDArray[np.int64]) -> NDArray[np.int64]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from typing import Any
 
 import numpy as np
@@ -14,7 +15,17 @@ from ffdstudio.optimize.geometry.nearest import Triangles
 from ffdstudio.optimize.objectives.base import Abilities, Evaluation, Objective, Request
 
 
-class ContourDistance(Objective):
+class Distance(Objective):
+    """A cost that is made of distances."""
+
+    abilities = Abilities(residuals=True)
+
+    @abstractmethod
+    def distances(self, points: Array) -> tuple[Array, Array]:
+        """(n,) signed distances and (n, 3) their derivatives by the points."""
+
+
+class ContourDistance(Distance):
     """Half the mean squared distance of points to the same surface of a contour.
 
     Parameters
@@ -54,7 +65,7 @@ class ContourDistance(Objective):
         return _half_mean_square(distance, direction)
 
 
-class SurfaceDistance(Objective):
+class SurfaceDistance(Distance):
     """Half the mean squared distance of points to a triangulated surface.
 
     Parameters

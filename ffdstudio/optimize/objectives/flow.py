@@ -3,15 +3,28 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
+from msgspec import Meta
 from numpy.typing import ArrayLike
 
 from ffdstudio.aliases import Array
 from ffdstudio.errors import InputError
 from ffdstudio.optimize.flow.panel import PanelFlow, flow_about, is_solved
+from ffdstudio.optimize.flow.pressure_table import panels, read_pressures
 from ffdstudio.optimize.flow.response import pressure_response
+from ffdstudio.optimize.geometry.contour import Contour, upper_side
 from ffdstudio.optimize.objectives.base import Abilities, Evaluation, Objective, Request, Response
+from ffdstudio.optimize.spec.fields import Angle, Text, Weight, says
+from ffdstudio.optimize.spec.goals import ObjectiveSpec
+
+if TYPE_CHECKING:
+    from ffdstudio.optimize.build.place import Place
+    from ffdstudio.optimize.geometry.shapes import Shape
+
+Each = Annotated[tuple[float, ...], Meta(min_length=1)]
+Weights = Annotated[tuple[Weight, ...], Meta(min_length=1)]
 
 
 class FlowTarget(Objective):
@@ -130,3 +143,79 @@ class FlowTarget(Objective):
                 curves["target"] = (flow.middles.real, self.pressure[k])
             found[f"{angle:g}"] = curves
         return found
+
+
+class FlowSpec(ObjectiveSpec, frozen=True, kw_only=True, tag="flow"):
+    """Reach pressures, lift or moment: squared differences summed over angles, inviscid.
+
+    Half of: the mean of the weighted (Cp - target)^2 over panels and angles, plus the sums of the
+    weighted (CL - target)^2 and (CM - target)^2 over the angles; by the built-in panel method.
+    """
+
+    title = "Reach pressures, lift or moment"
+    needs = "section"
+
+    angles: Annotated[
+        Annotated[tuple[Angle, ...], Meta(min_length=1)], says("Angles", "of attack", "°")
+    ]
+    target: Annotated[
+        str,
+        says("Target", "section whose pressures are to be met; a file, or a NACA name", file=True),
+    ] = ""
+    pressures: Annotated[
+        Annotated[tuple[Text, ...], Meta(min_length=1)] | None,
+        says("Pressure files", "instead of a target: tables x, Cp, one for each angle"),
+    ] = None
+    lift: Annotated[Each | None, says("Lift", "coefficient, one for each angle")] = None
+    moment: Annotated[
+        Each | None, says("Moment", "coefficient about the quarter chord, one for each angle")
+    ] = None
+    pressure_weights: Annotated[
+        Weights | None, says("Weights of pressures", "one for each angle; without, 1")
+    ] = None
+    lift_weights: Annotated[
+        Weights | None, says("Weights of lift", "one for each angle; without, 1")
+    ] = None
+    moment_weights: Annotated[
+        Weights | None, says("Weights of moment", "one for each angle; without, 1")
+    ] = None
+
+    def __post_init__(self) -> None:
+        if self.target and self.pressures is not None:
+            raise ValueError("pressures: they go without a target section")
+        if not self.target and (self.pressures, self.lift, self.moment) == (None,) * 3:
+            raise ValueError("lacks something to reach: target, pressures, lift or moment")
+
+    @property
+    def aim(self) -> str:
+        """See `ObjectiveSpec`."""
+        return self.target
+
+    @property
+    def attack(self) -> float | None:
+        """See `ObjectiveSpec`."""
+        return self.angles[0] if self.angles else None
+
+    def contour(self, place: Place) -> Contour | None:
+        """See `ObjectiveSpec`."""
+        return place.contour(self.target) if self.target else None
+
+    def build(self, shape: Shape, place: Place) -> Objective:
+        """See `ObjectiveSpec`."""
+        weights = {
+            "pressure": self.pressure_weights,
+            "lift": self.lift_weights,
+            "moment": self.moment_weights,
+        }
+        pressure = self._wanted(shape, place)
+        return FlowTarget(self.angles, pressure, self.lift, self.moment, weights)
+
+    def _wanted(self, shape: Shape, place: Place) -> Array | None:
+        """(angles, panels) pressures to be met."""
+        contour, local = self.contour(place), shape.local
+        if contour is not None:
+            return PanelFlow(contour.at(local[:, 0], upper_side(local)), self.angles).pressure
+        if self.pressures is None:
+            return None
+        tables = [read_pressures(place.beside / name) for name in self.pressures]
+        return np.array([one.at(*panels(local)) for one in tables])

@@ -4,19 +4,29 @@ from __future__ import annotations
 
 import importlib
 import math
+import sys
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
-from typing import Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 
 from ffdstudio.aliases import Array
 from ffdstudio.errors import InputError
+from ffdstudio.optimize.consent import Order, require
 from ffdstudio.optimize.objectives.base import Abilities, Evaluation, Objective, Request, Start
 from ffdstudio.optimize.objectives.failures import EvaluationError, NotFinite
+from ffdstudio.optimize.objectives.identity import module_files
 from ffdstudio.optimize.objectives.stream import evaluated
+from ffdstudio.optimize.spec.fields import Processes, Text, says
+from ffdstudio.optimize.spec.goals import ObjectiveSpec
+
+if TYPE_CHECKING:
+    from ffdstudio.optimize.build.place import Place
+    from ffdstudio.optimize.geometry.shapes import Shape
 
 
 class PythonFunction(Objective):
@@ -123,3 +133,36 @@ def _spawned(count: int) -> Iterator[Executor]:
 def _in_process(name: str, gradient: bool, points: Array) -> Evaluation:
     """What a spawned process does."""
     return evaluated(PythonFunction(name, gradient), Request(points, False))
+
+
+class FunctionSpec(ObjectiveSpec, frozen=True, kw_only=True, tag="function"):
+    """Ask a Python function of the points, by finite differences if it gives no gradient."""
+
+    title = "Ask a Python function"
+    runs_code = True
+
+    name: Annotated[
+        Text, says("Function", "module:function; the module may lie beside the case file")
+    ]
+    gradient: Annotated[bool, says("Returns a gradient", "whether it returns (cost, gradient)")] = (
+        False
+    )
+    processes: Annotated[
+        Processes, says("Processes", "for finite differences")
+    ] = 1  # fmt: skip
+
+    def require(self, place: Place) -> None:
+        """See `ObjectiveSpec`."""
+        require(Order("function", (self.name,), place.source), place.consent)
+
+    def build(self, shape: Shape, place: Place) -> Objective:
+        """See `ObjectiveSpec`; spawned processes look beside the case file too."""
+        self.require(place)
+        beside = str(place.beside.resolve())
+        if beside not in sys.path:
+            sys.path.append(beside)
+        return PythonFunction(self.name, self.gradient, self.processes)
+
+    def files(self, shape: Shape, place: Place) -> list[Path]:
+        """See `ObjectiveSpec`."""
+        return module_files(self.name)

@@ -2,12 +2,19 @@
 
 from __future__ import annotations
 
-from typing import Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 
 from ffdstudio.errors import InputError
 from ffdstudio.optimize.objectives.base import Abilities, Evaluation, Objective, Request
+from ffdstudio.optimize.spec.fields import Angle, Positive, Weight, says
+from ffdstudio.optimize.spec.goals import ObjectiveSpec
+
+if TYPE_CHECKING:
+    from ffdstudio.optimize.build.place import Place
+    from ffdstudio.optimize.geometry.shapes import Shape
 
 
 class NeuralFoil(Objective):
@@ -42,3 +49,28 @@ class NeuralFoil(Objective):
         return Evaluation(
             cd + self.weight * (cl - self.lift) ** 2, flow=1, measures={"cl": cl, "cd": cd}
         )
+
+
+class NeuralFoilSpec(ObjectiveSpec, frozen=True, kw_only=True, tag="neuralfoil"):
+    """Least drag at a lift, with boundary layers: drag + weight (lift - wanted)^2."""
+
+    title = "Least drag at a lift (NeuralFoil)"
+    needs = "section"
+
+    angle: Annotated[Angle, says("Angle", "of attack", "°")]
+    reynolds: Annotated[Positive, says("Reynolds number", "of the chord")]
+    lift: Annotated[float, says("Lift", "coefficient that is wanted")]
+    weight: Annotated[Weight, says("Weight", "of the squared difference of the lift")] = 1.0
+
+    @property
+    def attack(self) -> float | None:
+        """See `ObjectiveSpec`."""
+        return self.angle
+
+    def build(self, shape: Shape, place: Place) -> Objective:
+        """See `ObjectiveSpec`."""
+        return NeuralFoil(self.angle, self.reynolds, self.lift, self.weight)
+
+    def files(self, shape: Shape, place: Place) -> list[Path]:
+        """See `ObjectiveSpec`: none, but evaluations are remembered."""
+        return []

@@ -22,16 +22,25 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import contextmanager
 from pathlib import Path
 from threading import Event, Lock
-from typing import Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
+from msgspec import Meta
 
 from ffdstudio.aliases import Array
 from ffdstudio.errors import InputError
 from ffdstudio.files import read_bytes, write_bytes
+from ffdstudio.optimize.consent import Order, located, require
 from ffdstudio.optimize.objectives.base import Abilities, Evaluation, Objective, Request, Start
 from ffdstudio.optimize.objectives.failures import EvaluationError
+from ffdstudio.optimize.objectives.identity import program_files
 from ffdstudio.optimize.objectives.process import run_program
+from ffdstudio.optimize.spec.fields import Positive, Processes, Text, says
+from ffdstudio.optimize.spec.goals import ObjectiveSpec
+
+if TYPE_CHECKING:
+    from ffdstudio.optimize.build.place import Place
+    from ffdstudio.optimize.geometry.shapes import Shape
 
 
 class ExternalProgram(Objective):
@@ -181,3 +190,49 @@ def _sensitivity(path: Path, count: int) -> Array:
 def _last_line(path: Path) -> str:
     lines = read_bytes(path).decode(errors="replace").split("\n")
     return next((line.strip() for line in reversed(lines) if line.strip()), "it printed nothing")
+
+
+class ProgramSpec(ObjectiveSpec, frozen=True, kw_only=True, tag="program"):
+    """Ask an external program, by finite differences if it writes no derivatives."""
+
+    title = "Ask a program"
+    whole = True
+    runs_code = True
+
+    command: Annotated[
+        Annotated[tuple[Text, ...], Meta(min_length=1)],
+        says("Command", "program and arguments; a word with a slash is looked for beside the case "
+             "file, another one on the PATH"),
+    ]  # fmt: skip
+    sensitivity: Annotated[
+        bool, says("Writes derivatives", "whether the program leaves sensitivity.csv")
+    ] = False
+    time_limit: Annotated[
+        Positive, says("Time limit", "a run that takes longer ends the study", "s")
+    ] = 3600.0
+    processes: Annotated[
+        Processes, says("Processes", "programs at the same time, for finite differences")
+    ] = 1
+
+    def require(self, place: Place) -> None:
+        """See `ObjectiveSpec`."""
+        require(Order("program", self.command, place.source), place.consent)
+
+    def build(self, shape: Shape, place: Place) -> Objective:
+        """See `ObjectiveSpec`."""
+        self.require(place)
+        if place.folder is None:
+            raise InputError("an external program needs a folder for its evaluations: -o DIR")
+        command = located(self.command, place.beside)
+        return ExternalProgram(
+            command, place.folder / "runs", shape.mesh, self.sensitivity, self.time_limit,
+            self.processes,
+        )  # fmt: skip
+
+    def files(self, shape: Shape, place: Place) -> list[Path]:
+        """See `ObjectiveSpec`."""
+        mesh = None if shape.mesh is None else shape.mesh.path
+        return [
+            *program_files(located(self.command, place.beside)),
+            *([] if mesh is None else [Path(mesh)]),
+        ]

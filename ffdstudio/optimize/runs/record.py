@@ -8,9 +8,10 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any, BinaryIO
@@ -156,6 +157,20 @@ def read_log(folder: str | Path) -> RunHistory:
         If there is no log or a line is not one of ours.
     """
     return RunHistory(list(_parsed(Path(folder) / LOG)))
+
+
+def written_log(records: Iterable[Record]) -> bytes:
+    """Records as the lines of a log."""
+    return b"".join(map(_bytes, records))
+
+
+def parsed_log(lines: bytes) -> list[Record]:
+    """Records of a log that may be damaged: lines that are no records are left out."""
+    found = []
+    for line in lines.split(b"\n"):
+        with contextlib.suppress(ValueError, TypeError, KeyError, AttributeError):
+            found.append(_record(json.loads(line)))
+    return found
 
 
 def _parsed(path: Path) -> Iterator[Record]:

@@ -13,7 +13,7 @@ from msgspec import Meta
 DISTINCT = "distinct"
 
 
-def says(title: str, text: str, unit: str = "", form: bool = True) -> Meta:
+def says(title: str, text: str, unit: str = "", form: bool = True, file: bool = False) -> Meta:
     """Title, meaning and unit of a field.
 
     Parameters
@@ -26,13 +26,15 @@ def says(title: str, text: str, unit: str = "", form: bool = True) -> Meta:
         Empty for a pure number.
     form : bool
         Whether the window's form offers it; what it does not offer it keeps.
+    file : bool
+        Whether it names a file that can be chosen.
 
     Examples
     --------
     >>> says("Angle", "of attack", "°").title
     'Angle'
     """
-    return Meta(title=title, description=text, extra={"unit": unit, "form": form})
+    return Meta(title=title, description=text, extra={"unit": unit, "form": form, "file": file})
 
 
 def distinct(least: int = 1) -> Meta:

@@ -55,6 +55,7 @@ class ShapeSpec(Part, frozen=True, kw_only=True):
             "Trailing edge",
             '"match": a section by name or file gets that of its target first, for a lattice '
             "cannot open a closed one; one in a mesh is kept",
+            form=False,
         ),
     ] = "match"
     normalise: Annotated[
@@ -140,11 +141,10 @@ class VariablesSpec(Part, frozen=True, kw_only=True):
 
     directions: Annotated[
         Annotated[tuple[Letter, ...], distinct()] | None,
-        says("Directions", "of displacements; without, y for a section and all for a surface",
-             form=False),
+        says("Directions", "of displacements; without, y for a section and all for a surface"),
     ] = None  # fmt: skip
     frozen: Annotated[
-        Index, says("Frozen layers", "outermost layers of control points that stay", form=False)
+        Index, says("Frozen layers", "outermost layers of control points that stay")
     ] = 0
     fixed: Annotated[
         tuple[ControlPoint, ...],

@@ -33,15 +33,23 @@ from ffdstudio.project.commands.scene import (
 )
 from ffdstudio.project.commands.shapes import BlendShapes, RemoveShape, SaveShape
 from ffdstudio.project.commands.showing import IsolateMarker, ShowAll
+from ffdstudio.project.commands.studies import (
+    AddStudy,
+    DuplicateStudy,
+    RemoveStudy,
+    RenameStudy,
+)
 
 COMMANDS: dict[str, type[Command]] = {
     command.verb: command
     for command in (
         Activate,
         AddLattice,
+        AddStudy,
         BlendShapes,
         Colour,
         CreateBox,
+        DuplicateStudy,
         ElevateDegree,
         Enable,
         FreezeLayers,
@@ -54,7 +62,9 @@ COMMANDS: dict[str, type[Command]] = {
         Remove,
         RemoveKnots,
         RemoveShape,
+        RemoveStudy,
         Rename,
+        RenameStudy,
         ResetPoints,
         SaveShape,
         SetWeights,
@@ -71,10 +81,12 @@ __all__ = [
     "COMMANDS",
     "Activate",
     "AddLattice",
+    "AddStudy",
     "BlendShapes",
     "Colour",
     "Command",
     "CreateBox",
+    "DuplicateStudy",
     "ElevateDegree",
     "Enable",
     "FreezeLayers",
@@ -87,7 +99,9 @@ __all__ = [
     "Remove",
     "RemoveKnots",
     "RemoveShape",
+    "RemoveStudy",
     "Rename",
+    "RenameStudy",
     "ResetPoints",
     "SaveShape",
     "SetWeights",

@@ -7,10 +7,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import ClassVar
 
-import numpy as np
-
 from ffdstudio.engine import Lattice
-from ffdstudio.errors import InputError
+from ffdstudio.engine.spaces import in_space_of
 from ffdstudio.project.commands.base import Command
 from ffdstudio.project.model import Model
 
@@ -34,36 +32,3 @@ class UseIterate(Command):
 
     def label(self, model: Model) -> str:
         return f"Use {self.note}" if self.note else "Use iterate"
-
-
-def in_space_of(lattice: Lattice, finer: Lattice) -> Lattice:
-    """Return a lattice with knots inserted until it is in the space of a finer one.
-
-    Raises
-    ------
-    InputError
-        If that one is no refinement of it.
-    """
-    refined = with_knots_of(lattice, finer)
-    if not refined.same_space(finer):
-        raise InputError("the iterate belongs to a lattice of other knots or degrees")
-    return refined
-
-
-def with_knots_of(lattice: Lattice, other: Lattice) -> Lattice:
-    """Return a lattice with those knots of another one inserted that it does not have.
-
-    Lattices of other degrees or ranges have no knots in common; nothing is inserted then.
-    """
-    if lattice.degrees != other.degrees or not np.array_equal(lattice.domain, other.domain):
-        return lattice
-    for axis in range(lattice.dimension):
-        missing = _missing(lattice.knots[axis], other.knots[axis])
-        lattice = lattice.insert_knots(axis, missing) if len(missing) else lattice
-    return lattice
-
-
-def _missing(coarse: np.ndarray, fine: np.ndarray) -> np.ndarray:
-    values, counts = np.unique(fine, return_counts=True)
-    have = np.array([(coarse == value).sum() for value in values])
-    return np.repeat(values, np.maximum(counts - have, 0))

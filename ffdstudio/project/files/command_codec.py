@@ -13,6 +13,8 @@ from typing import Any
 from ffdstudio.engine import Lattice
 from ffdstudio.engine.parts import as_lists
 from ffdstudio.errors import InputError
+from ffdstudio.optimize.spec.codec import from_values, to_values
+from ffdstudio.optimize.spec.study import StudySpec
 from ffdstudio.project.commands import COMMANDS, Command, CreateBox
 
 NOT_SAID = ("mesh", "packed")  # what a path and a hash stand for
@@ -77,6 +79,8 @@ def _out(value: Any) -> Any:
         return [_out(item) for item in value]
     if isinstance(value, Lattice):
         return lattice_out(value)
+    if isinstance(value, StudySpec):
+        return to_values(value)
     return _fields_out(value) if isinstance(value, Command) else value
 
 
@@ -139,6 +143,7 @@ READERS: dict[str, Callable[[Any], Any]] = {
     "Numbers": _each(_float),
     "Points": _each(_each(_float)),
     "Lattice": _lattice,
+    "StudySpec": lambda value: from_values(_exact(dict)(value)),
     "CreateBox": lambda value: _fields_in(CreateBox, _exact(dict)(value), "box"),
     "tuple[str, ...]": _each(_exact(str)),
     "tuple[Index, ...]": _each(_each(_exact(int))),

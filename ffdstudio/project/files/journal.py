@@ -19,7 +19,7 @@ from typing import Any
 from ffdstudio.containers.strictjson import field, loads
 from ffdstudio.errors import InputError
 from ffdstudio.files import read_bytes, write_bytes
-from ffdstudio.project.commands import Activate, AddLattice, Command, OpenMesh
+from ffdstudio.project.commands import Activate, AddLattice, AddStudy, Command, OpenMesh
 from ffdstudio.project.files import references
 from ffdstudio.project.files.command_codec import to_command, to_words
 from ffdstudio.project.model import Model
@@ -117,6 +117,7 @@ def commands_of(model: Model) -> list[Command]:
         states = (item.name, item.rest, item.current, item.frozen, item.visible, item.enabled)
         shapes, faces = tuple(item.shapes.items()), item.open_faces
         commands.append(AddLattice(*states, shapes=shapes, open_faces=faces))
+    commands += [AddStudy(item.name, item.spec) for item in model.studies]
     if model.lattices and model.active is not None:
         place = [item.key for item in model.lattices].index(model.active)
         commands.append(Activate(f"lattice{len(model.bodies) + place + 1}"))

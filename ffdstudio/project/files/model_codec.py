@@ -7,12 +7,16 @@ from typing import Any
 from ffdstudio.engine import Lattice
 from ffdstudio.project.commands import Activate, AddLattice, Command
 from ffdstudio.project.files.records import BodyRecord, LatticeRecord, ProjectFile
+from ffdstudio.project.files.study_codec import study_files
 from ffdstudio.project.model import Body, LatticeItem, Model
+from ffdstudio.project.study_records import StudyRecords
 
 WINDOW = "window"  # the section of what only the window wants to know
 
 
-def to_file(model: Model, sections: dict[str, Any]) -> ProjectFile:
+def to_file(
+    model: Model, sections: dict[str, Any], records: StudyRecords | None = None
+) -> ProjectFile:
     """Return what to store of a model; other sections are kept as they are."""
     active = model.active_lattice
     window = {**sections.get(WINDOW, {}), "active": None if active is None else active.name}
@@ -20,6 +24,7 @@ def to_file(model: Model, sections: dict[str, Any]) -> ProjectFile:
         [_body(body) for body in model.bodies],
         [_lattice(item) for item in model.lattices],
         {**sections, WINDOW: window},
+        study_files(model, records or StudyRecords()),
     )
 
 

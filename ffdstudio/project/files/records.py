@@ -4,9 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ffdstudio.engine import Lattice
+
+if TYPE_CHECKING:
+    from ffdstudio.optimize.runs.record import Record
 
 
 @dataclass
@@ -65,6 +68,23 @@ class LatticeRecord:
     settings: dict[str, Any] = field(default_factory=dict)
 
 
+@dataclass
+class StudyFile:
+    """A study with its records.
+
+    Attributes
+    ----------
+    name : str
+    values : dict
+        Its description, as in a case file; bodies and lattices of the project by their names.
+    records : list of Record
+    """
+
+    name: str
+    values: dict[str, Any]
+    records: list[Record] = field(default_factory=list)
+
+
 @dataclass(eq=False)
 class ProjectFile:
     """Everything in a project file.
@@ -77,6 +97,7 @@ class ProjectFile:
         Open-ended parts by name (``shapes``, ``studies``, ``journal``, ...): nested dicts and
         lists of strings, numbers, booleans and None, with NumPy arrays and lattices as
         leaves. A section that this version does not know survives a round trip.
+    studies : list of StudyFile
     problems : list of str
         What was found wrong with the meshes when the file was opened (missing, changed);
         not stored.
@@ -85,4 +106,5 @@ class ProjectFile:
     bodies: list[BodyRecord] = field(default_factory=list)
     lattices: list[LatticeRecord] = field(default_factory=list)
     sections: dict[str, Any] = field(default_factory=dict)
+    studies: list[StudyFile] = field(default_factory=list)
     problems: list[str] = field(default_factory=list)

@@ -24,6 +24,8 @@ from ffdstudio.files import read_bytes, write_bytes
 from ffdstudio.project.files import references
 from ffdstudio.project.files.encoding import decode, encode
 from ffdstudio.project.files.records import BodyRecord, LatticeRecord, ProjectFile
+from ffdstudio.project.files.study_codec import SECTION as STUDIES
+from ffdstudio.project.files.study_codec import section_of, studies_of
 from ffdstudio.version import __version__
 
 FORMAT, SCHEMA = "ffdstudio-project", 1
@@ -60,7 +62,7 @@ def write_project(
         "program": f"ffdstudio {__version__}",
         "bodies": [_body_out(b, folder, pack_meshes, entries) for b in content.bodies],
         "lattices": [_lattice_out(record, entries) for record in content.lattices],
-        "sections": encode(content.sections, entries),
+        "sections": encode(_sections(content), entries),
     }
     text = json.dumps(manifest, indent=1, ensure_ascii=False, allow_nan=False)
     write_bytes(path, archive.pack({MANIFEST: text.encode(), **entries}))
@@ -86,9 +88,15 @@ def read_project(path: str | os.PathLike[str]) -> ProjectFile:
         [_lattice_in(item, entries, name) for item in _objects(manifest, "lattices", name)],
         decode(field(manifest, "sections", dict, name), entries, name),
     )
+    if isinstance(content.sections.get(STUDIES), list):
+        content.studies = studies_of(content.sections.pop(STUDIES))
     found = (references.problem_with(body) for body in content.bodies)
     content.problems = [problem for problem in found if problem]
     return content
+
+
+def _sections(content: ProjectFile) -> dict[str, Any]:
+    return content.sections | ({STUDIES: section_of(content)} if content.studies else {})
 
 
 def _check_schema(manifest: dict[str, Any], name: str) -> None:

@@ -2,24 +2,26 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from pathlib import Path
 
+import msgspec
 import numpy as np
 
 from ffdstudio.optimize.budget import Counts
 from ffdstudio.optimize.catalog.indicators import indicator_named
-from ffdstudio.optimize.catalog.methods import method_kind
 from ffdstudio.optimize.catalog.metrics import metric_named
+from ffdstudio.optimize.consent import Consent
 from ffdstudio.optimize.methods.descent import Lbfgs
 from ffdstudio.optimize.refine.candidates import candidates
 from ffdstudio.optimize.refine.choice import Refinement
 from ffdstudio.optimize.runs.solver import LevelProblem
+from ffdstudio.optimize.spec.study import StudySpec
 from ffdstudio.optimize.variables.level import EmbeddedBody as Shape
 from ffdstudio.optimize.variables.level import Level
 from ffdstudio.optimize.variables.space import DesignSpace
 from ffdstudio.project.model import LatticeItem, Model
-from ffdstudio.project.studies.plan import Plan
-from ffdstudio.project.studies.task import task_of
+from ffdstudio.project.studies.starting import on_lattice, prepare
 
 
 @dataclass(frozen=True)
@@ -44,21 +46,39 @@ class Bar:
     score: float
 
 
-def bars(plan: Plan, model: Model, item: LatticeItem) -> list[Bar]:
+def bars(
+    study: StudySpec,
+    model: Model,
+    item: LatticeItem,
+    indicator: str,
+    folder: Path | None = None,
+    source: Path | None = None,
+    consent: Consent | None = None,
+) -> list[Bar]:
     """Indicator of all knot intervals of a lattice as it is; the shape is evaluated once.
+
+    Parameters
+    ----------
+    indicator : str
+        Its name.
+    folder : path, optional
+        Where a program that is asked gets its folders.
+    source, consent : optional
+        Project that the study came inside, and what may run of it.
 
     Raises
     ------
     InputError
-        As `task_of`.
+        As `prepare`.
     """
     axes = tuple(range(item.rest.dimension))
-    settings = Refinement(plan.indicator or "gain", axes, variables=2**31)
-    task, _ = task_of(replace(plan, lattice=item.key), model, item)
+    settings = Refinement(indicator, axes, variables=2**31)
+    still = msgspec.structs.replace(on_lattice(study, item.key), refinement=None)
+    task = prepare(still, model, folder, source, consent).task
     space = DesignSpace.of(item.rest, task.rules, task.current)
     level = Level.first(Shape(task.embedding, task.surface, metric_named(task.metric)), space)
-    method = method_kind(plan.method)
-    problem = LevelProblem(level, task, Counts(), (Lbfgs if method.largest else method)())
+    method = Lbfgs() if study.method.largest else study.method
+    problem = LevelProblem(level, task, Counts(), method)
     found = candidates(level, axes, settings.positions, False, settings.guards)
     scores = np.zeros(0)
     if found:

@@ -12,9 +12,9 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from ffdstudio.engine import Lattice
+from ffdstudio.engine.spaces import in_space_of, with_knots_of
 from ffdstudio.project.commands import UseIterate
 from ffdstudio.project.commands.base import Command
-from ffdstudio.project.commands.iterate import in_space_of, with_knots_of
 from ffdstudio.project.edit import Edit
 from ffdstudio.project.followers import DragFollower, Follower
 from ffdstudio.project.model import LatticeItem, Model

@@ -7,7 +7,7 @@ import pytest
 
 from ffdstudio.meshes import Mesh
 from ffdstudio.meshes.airfoil import contour_mesh, naca4
-from ffdstudio.project.studies.airfoils import profiles
+from ffdstudio.optimize.geometry.profiles import profiles
 
 
 def _with_markers(contour, shuffle):

@@ -1,1 +1,0 @@
-"""Case files: studies described in TOML."""
