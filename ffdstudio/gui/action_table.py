@@ -103,6 +103,8 @@ ROWS: tuple[ActionRow, ...] = (
     ActionRow("study.convergence_plot", "&Convergence and timeline", STUDY, "Live plots of all studies, and a slider through the iterates", ("Ctrl+Shift+C",), "chart-line", "", line_before=True),
     ActionRow("study.airfoil", "&Airfoil view", STUDY, "Section, error along the chord, curvature and pressure, live", ("Ctrl+Shift+A",), "airplane", ""),
     ActionRow("study.refine", "&Refine here", STUDY, "The indicator per knot interval; a click inserts the knot", ("Ctrl+Shift+K",), "poll", "lattice"),
+    ActionRow("study.load_case", "&Load case…", STUDY, "Fill the form from a case file; its mesh is opened", (), "folder-open-outline", "", line_before=True),
+    ActionRow("study.save_case", "Sa&ve as case file…", STUDY, "Write what the form says, for ffdstudio optimize", (), "content-save-outline", "body"),
     ActionRow("study.export", "E&xport convergence…", STUDY, "Write the plot as PNG or SVG, or the figures as CSV", (), "export", "study any", line_before=True),
     ActionRow("view.fit", "&Fit", VIEW, "Show everything", ("F", "Home"), "fit-to-page-outline", "anything", toolbar=True),
     ActionRow("view.fit_selected", "Fit &selection", VIEW, "Come close to the selected points", ("Shift+F",), "image-filter-center-focus", "selection"),

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import (
     QHBoxLayout,
@@ -12,6 +14,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from ffdstudio.errors import InputError
 from ffdstudio.gui.errors import sentence
 from ffdstudio.gui.panels.fields import note, say
 from ffdstudio.gui.resources import icon
@@ -24,6 +27,7 @@ from ffdstudio.gui.theme import Theme
 from ffdstudio.project.checks.iterate_cells import coverage_of
 from ffdstudio.project.studies.scrubbing import Scrub
 
+CASES = "Case files (*.toml);;All files (*)"
 EMPTY = (
     "Nothing to optimize yet. Open a plane mesh with an airfoil as a marker, "
     "an airfoil file, or a surface."
@@ -39,6 +43,7 @@ class StudyPanel(QWidget):
     def __init__(self, studio: Studio, runner: StudyRunner) -> None:
         super().__init__()
         self._studio, self._runner = studio, runner
+        self._case: Path | None = None  # a case file whose mesh is being opened
         self.form = StudyForm(studio)
         self.heading, self.figures = note(role="heading"), note()
         self.problem, self.shown = note(role="problem"), note()
@@ -134,6 +139,8 @@ class StudyPanel(QWidget):
         model = self._studio.document.settled_model
         self.pages.setCurrentIndex(1 if model.bodies else 0)
         self.form.fill(model)
+        if self._case is not None:
+            self.take_case(self._case)
         self._on_form()
         self._on_state()
 
@@ -183,6 +190,60 @@ class StudyPanel(QWidget):
         spec = self.form.spec
         if spec is not None:
             self._runner.start(spec)
+
+    def save_case(self) -> None:
+        """Ask for a name and write what the form says as a case file."""
+        studio, spec = self._studio, self.form.spec
+        if spec is None:
+            say(self.problem, self.form.wrong or "There is no shape to write a case about.")
+            return
+        path = studio.asker.save_path("Save as case file", CASES, self._folder() / "study.toml")
+        if path is None:
+            return
+        from ffdstudio.project.studies.casefile import write_case
+
+        model = studio.document.settled_model
+        studio.jobs.start(
+            f"Writing {path.name}",
+            lambda _: write_case(spec, model, path),
+            lambda _: studio.say(f"Wrote {path.name}"),
+            self._refuse,
+        )
+
+    def load_case(self) -> None:
+        """Ask for a case file and show what it says; its mesh is opened if need be."""
+        paths = self._studio.asker.open_paths("Load case", CASES, self._folder())
+        if paths:
+            self.take_case(paths[0])
+
+    def take_case(self, path: Path) -> None:
+        """Show what a case file says, when its mesh is there."""
+        from ffdstudio.project.studies.casefile import mesh_to_open, read_case_for
+
+        document, waited = self._studio.document, self._case is not None
+        self._case = None
+        try:
+            spec = read_case_for(path, document.settled_model)
+        except InputError as error:
+            self._refuse(error)
+            return
+        mesh = mesh_to_open(spec)
+        if mesh is None:
+            self.pages.setCurrentIndex(1)
+            self.form.put(spec)
+            say(self.problem, "")
+            return
+        self._case = path
+        if not waited:
+            document.open_mesh(mesh)  # `fill` comes back here
+
+    def _refuse(self, error: Exception) -> None:
+        if not isinstance(error, InputError):
+            raise error
+        say(self.problem, sentence(str(error)))
+
+    def _folder(self) -> Path:
+        return Path(self._studio.settings.text("folder", str(Path.home())))
 
     def toggle_pause(self) -> None:
         """Pause, or go on."""

@@ -205,6 +205,15 @@ class StudyRoom:
             self._window.tabifyDockWidget(airfoil, bars)
         self._show("Refine here")
 
+    def save_case(self) -> None:
+        """Write what the form says as a case file."""
+        self.panel.save_case()
+
+    def load_case(self) -> None:
+        """Fill the form from a case file."""
+        self._show("Study")
+        self.panel.load_case()
+
     def export(self) -> None:
         """Write the plot or its figures."""
         if self.runner.runs:

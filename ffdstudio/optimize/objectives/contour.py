@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Literal
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Annotated, Literal, Self
+
+import msgspec
 
 from ffdstudio.optimize.geometry.contour import Contour, upper_side
 from ffdstudio.optimize.geometry.sections import kulfan_tolerance
 from ffdstudio.optimize.objectives.base import Objective
 from ffdstudio.optimize.objectives.distance import ContourDistance
 from ffdstudio.optimize.spec.fields import Text, says
-from ffdstudio.optimize.spec.goals import ObjectiveSpec
+from ffdstudio.optimize.spec.goals import ObjectiveSpec, moved_file
 
 if TYPE_CHECKING:
     from ffdstudio.optimize.build.place import Place
@@ -41,6 +44,10 @@ class ContourSpec(ObjectiveSpec, frozen=True, kw_only=True, tag="contour"):
     def contour(self, place: Place) -> Contour:
         """See `ObjectiveSpec`."""
         return place.contour(self.target)
+
+    def moved(self, change: Callable[[str], str]) -> Self:
+        """See `ObjectiveSpec`."""
+        return msgspec.structs.replace(self, target=moved_file(self.target, change))
 
     def build(self, shape: Shape, place: Place) -> Objective:
         """See `ObjectiveSpec`."""

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Annotated
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, Annotated, Self
 
+import msgspec
 import numpy as np
 from msgspec import Meta
 from numpy.typing import ArrayLike
@@ -17,7 +18,7 @@ from ffdstudio.optimize.flow.response import pressure_response
 from ffdstudio.optimize.geometry.contour import Contour, upper_side
 from ffdstudio.optimize.objectives.base import Abilities, Evaluation, Objective, Request, Response
 from ffdstudio.optimize.spec.fields import Angle, Text, Weight, says
-from ffdstudio.optimize.spec.goals import ObjectiveSpec
+from ffdstudio.optimize.spec.goals import ObjectiveSpec, moved_file
 
 if TYPE_CHECKING:
     from ffdstudio.optimize.build.place import Place
@@ -199,6 +200,13 @@ class FlowSpec(ObjectiveSpec, frozen=True, kw_only=True, tag="flow"):
     def contour(self, place: Place) -> Contour | None:
         """See `ObjectiveSpec`."""
         return place.contour(self.target) if self.target else None
+
+    def moved(self, change: Callable[[str], str]) -> Self:
+        """See `ObjectiveSpec`."""
+        tables = self.pressures and tuple(moved_file(name, change) for name in self.pressures)
+        return msgspec.structs.replace(
+            self, target=moved_file(self.target, change), pressures=tables
+        )
 
     def build(self, shape: Shape, place: Place) -> Objective:
         """See `ObjectiveSpec`."""

@@ -22,8 +22,9 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import contextmanager
 from pathlib import Path
 from threading import Event, Lock
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Self
 
+import msgspec
 import numpy as np
 from msgspec import Meta
 
@@ -36,7 +37,7 @@ from ffdstudio.optimize.objectives.failures import EvaluationError
 from ffdstudio.optimize.objectives.identity import program_files
 from ffdstudio.optimize.objectives.process import run_program
 from ffdstudio.optimize.spec.fields import Positive, Processes, Text, says
-from ffdstudio.optimize.spec.goals import ObjectiveSpec
+from ffdstudio.optimize.spec.goals import ObjectiveSpec, moved_file
 
 if TYPE_CHECKING:
     from ffdstudio.optimize.build.place import Place
@@ -213,6 +214,11 @@ class ProgramSpec(ObjectiveSpec, frozen=True, kw_only=True, tag="program"):
     processes: Annotated[
         Processes, says("Processes", "programs at the same time, for finite differences")
     ] = 1
+
+    def moved(self, change: Callable[[str], str]) -> Self:
+        """See `ObjectiveSpec`: words with a slash are files."""
+        words = (moved_file(w, change) if "/" in w else w for w in self.command)
+        return msgspec.structs.replace(self, command=tuple(words))
 
     def require(self, place: Place) -> None:
         """See `ObjectiveSpec`."""

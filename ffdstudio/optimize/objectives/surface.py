@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, ClassVar
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Annotated, ClassVar, Self
 
+import msgspec
 import numpy as np
 from msgspec import Meta
 
@@ -13,7 +15,7 @@ from ffdstudio.optimize.geometry.surfaces import surface_of
 from ffdstudio.optimize.objectives.base import Objective
 from ffdstudio.optimize.objectives.distance import Distance, SurfaceDistance
 from ffdstudio.optimize.spec.fields import Text, says
-from ffdstudio.optimize.spec.goals import ObjectiveSpec
+from ffdstudio.optimize.spec.goals import ObjectiveSpec, moved_file
 from ffdstudio.optimize.spec.rows import Part
 
 if TYPE_CHECKING:
@@ -72,6 +74,10 @@ class SurfaceSpec(ObjectiveSpec, frozen=True, kw_only=True, tag="surface"):
         DeformedSpec | None,
         says("Deformed", "a lattice around the target deforms it first", form=False),
     ] = None
+
+    def moved(self, change: Callable[[str], str]) -> Self:
+        """See `ObjectiveSpec`."""
+        return msgspec.structs.replace(self, target=moved_file(self.target, change))
 
     def build(self, shape: Shape, place: Place) -> Objective:
         """See `ObjectiveSpec`."""

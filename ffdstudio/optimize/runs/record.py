@@ -168,8 +168,8 @@ def parsed_log(lines: bytes) -> list[Record]:
     """Records of a log that may be damaged: lines that are no records are left out."""
     found = []
     for line in lines.split(b"\n"):
-        with contextlib.suppress(ValueError, TypeError, KeyError, AttributeError):
-            found.append(_record(json.loads(line)))
+        with contextlib.suppress(ValueError, TypeError, KeyError, OverflowError, RecursionError):
+            found.append(_record(line.decode()))
     return found
 
 

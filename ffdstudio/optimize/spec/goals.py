@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, ClassVar, Self
 
+from ffdstudio.optimize.geometry.sections import is_naca
 from ffdstudio.optimize.spec.rows import Row
 
 if TYPE_CHECKING:
@@ -46,6 +48,13 @@ class ObjectiveSpec(Row, frozen=True, kw_only=True):
         """Angle of attack that a view of the flow begins with; None without a flow."""
         return None
 
+    def moved(self, change: Callable[[str], str]) -> Self:
+        """The same objective with other names for its files: its case lies in another folder.
+
+        Names of sections and paths from the root stay as they are.
+        """
+        return self
+
     def contour(self, place: Place) -> Contour | None:
         """Section that the shape, or its flow, is to become."""
         return None
@@ -76,3 +85,9 @@ class ObjectiveSpec(Row, frozen=True, kw_only=True):
     def files(self, shape: Shape, place: Place) -> list[Path] | None:
         """Files that an expensive objective consists of; None if it need not be remembered."""
         return None
+
+
+def moved_file(name: str, change: Callable[[str], str]) -> str:
+    """A changed name of a file; names of sections, of objects at hand and absolute paths stay."""
+    fixed = not name or is_naca(name) or name.startswith("<") or Path(name).is_absolute()
+    return name if fixed else change(name)

@@ -95,10 +95,18 @@ def _finite(value: object) -> bool:
 
 
 def _different(value: object, kind: msgspec.inspect.Type) -> bool:
-    extra = getattr(kind, "extra", None) or {}
-    if not isinstance(value, tuple) or not extra.get(DISTINCT):
+    """Whether a list has no value twice, if its type asks for that."""
+    if not isinstance(value, tuple) or not _asks_different(kind):
         return True
     return len(set(value)) == len(value)
+
+
+def _asks_different(kind: msgspec.inspect.Type) -> bool:
+    if isinstance(kind, msgspec.inspect.UnionType):
+        return any(map(_asks_different, kind.types))
+    if isinstance(kind, msgspec.inspect.Metadata):
+        return bool((kind.extra or {}).get(DISTINCT)) or _asks_different(kind.type)
+    return False
 
 
 def row(values: object, kinds: Sequence[type[R]], table: str, usual: str | None = None) -> R:
