@@ -7,6 +7,7 @@ from ffdstudio.optimize.constraints.displacement import DisplacementLimit
 from ffdstudio.optimize.constraints.lift import LiftLimit, MomentLimit
 from ffdstudio.optimize.constraints.nose_radius import NoseRadiusLimit
 from ffdstudio.optimize.constraints.thickness import MaxThicknessLimit, ThicknessLimit
+from ffdstudio.optimize.constraints.trailing_edge_angle import TrailingEdgeAngleLimit
 from ffdstudio.optimize.constraints.volume import VolumeLimit
 from ffdstudio.optimize.spec.limits import ConstraintSpec
 
@@ -18,5 +19,6 @@ CONSTRAINTS: tuple[type[ConstraintSpec], ...] = (
     AreaLimit,
     VolumeLimit,
     NoseRadiusLimit,
+    TrailingEdgeAngleLimit,
     DisplacementLimit,
 )
