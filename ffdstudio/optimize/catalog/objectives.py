@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from ffdstudio.optimize.objectives.contour import ContourSpec
+from ffdstudio.optimize.objectives.fairness import FairContourSpec
 from ffdstudio.optimize.objectives.flow import FlowSpec
 from ffdstudio.optimize.objectives.function import FunctionSpec
 from ffdstudio.optimize.objectives.neural import NeuralFoilSpec
@@ -12,6 +13,7 @@ from ffdstudio.optimize.spec.goals import ObjectiveSpec
 
 OBJECTIVES: tuple[type[ObjectiveSpec], ...] = (
     ContourSpec,
+    FairContourSpec,
     FlowSpec,
     SurfaceSpec,
     NeuralFoilSpec,
