@@ -9,11 +9,13 @@ from ffdstudio.optimize.methods.gauss_newton import GaussNewton
 from ffdstudio.optimize.methods.minimax import Minimax
 from ffdstudio.optimize.methods.powell import Powell
 from ffdstudio.optimize.methods.slsqp import Slsqp
+from ffdstudio.optimize.methods.trust_region import TrustRegion
 from ffdstudio.optimize.spec.words import near
 
 METHODS: tuple[type[MethodSpec], ...] = (
     Lbfgs,
     Slsqp,
+    TrustRegion,
     GaussNewton,
     Minimax,
     ConjugateGradients,
