@@ -8,12 +8,14 @@ from ffdstudio.errors import InputError
 from ffdstudio.optimize.metrics.base import Metric
 from ffdstudio.optimize.metrics.flow import Flow
 from ffdstudio.optimize.metrics.h1 import H1
+from ffdstudio.optimize.metrics.h2 import H2
 from ffdstudio.optimize.metrics.l2 import L2
 from ffdstudio.optimize.metrics.plain import Plain
 from ffdstudio.optimize.spec.words import near
 
 METRICS: tuple[Metric, ...] = (
     H1(),
+    H2(),
     Flow(),
     L2(),
     Plain(),
