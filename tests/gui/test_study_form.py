@@ -158,3 +158,44 @@ def test_reopened_studies_have_plots_timeline_and_use(user, form, tmp_path: Path
     item = window.document.model.lattice(run.key)
     assert item.current == run.history.lattice(-1)
     assert window.document.history.labels[-1].endswith(run.name)
+
+
+def test_studies_are_looked_at_renamed_duplicated_and_removed_in_a_table(user, form):
+    window, runner, panel = user.window, user.window.studies.runner, user.window.studies.panel
+    form.refinement.editors["variables"].put(10)
+    form.changed.emit()
+    assert not panel.table.isVisible()
+    for _ in range(2):
+        user.trigger("study.start")
+        user.qtbot.waitUntil(lambda: not runner.alive, timeout=PATIENCE)
+        user.idle()
+        user.trigger("study.release")
+    table = panel.table
+    assert [table.item(k, 0).text() for k in range(2)] == [run.name for run in runner.runs]
+    assert table.item(1, 3).text() == "10"
+    assert table.item(1, 6).text() == "Ended"
+    table.selectRow(0)
+    assert runner.run is runner.runs[0]
+    table.item(0, 0).setText("Match")
+    assert window.document.model.studies[0].name == "Match"
+    assert runner.runs[0].name == "Match"
+    table.duplicated.emit(runner.runs[0])
+    assert [item.name for item in window.document.model.studies][-1] == "Match copy"
+    assert table.item(2, 6).text() == "Not begun"
+    menu = table.menu(runner.runs[2])
+    menu.actions()[2].trigger()
+    assert form.spec == runner.runs[0].spec
+    user.trigger("study.start")  # the copy is what the form says: it is begun
+    user.qtbot.waitUntil(lambda: not runner.alive, timeout=PATIENCE)
+    user.idle()
+    assert len(runner.runs) == 3
+    assert runner.runs[2].iterates
+    user.trigger("study.release")
+    menu.actions()[3].trigger()
+    assert len(window.document.model.studies) == 2
+    user.trigger("edit.undo")
+    assert [run.name for run in runner.runs][-1] == "Match copy"
+    assert runner.runs[2].iterates
+    table.item(0, 0).setText(" ")
+    assert window.document.model.studies[0].name == "Match"
+    assert table.item(0, 0).text() == "Match"

@@ -21,10 +21,12 @@ from ffdstudio.gui.resources import icon
 from ffdstudio.gui.studio import Studio
 from ffdstudio.gui.study.form import StudyForm
 from ffdstudio.gui.study.runner import StudyRunner
-from ffdstudio.gui.study.runs import STATES
+from ffdstudio.gui.study.runs import STATES, Run
+from ffdstudio.gui.study.table import StudiesTable
 from ffdstudio.gui.subscriptions import Listening
 from ffdstudio.gui.theme import Theme
 from ffdstudio.project.checks.iterate_cells import coverage_of
+from ffdstudio.project.commands import DuplicateStudy, RenameStudy
 from ffdstudio.project.studies.scrubbing import Scrub
 
 CASES = "Case files (*.toml);;All files (*)"
@@ -45,6 +47,7 @@ class StudyPanel(QWidget):
         self._studio, self._runner = studio, runner
         self._case: Path | None = None  # a case file whose mesh is being opened
         self.form = StudyForm(studio)
+        self.table = StudiesTable()
         self.heading, self.figures = note(role="heading"), note()
         self.problem, self.shown = note(role="problem"), note()
         self.cells = note(role="problem")
@@ -92,6 +95,7 @@ class StudyPanel(QWidget):
         sheet, notes = QWidget(), QVBoxLayout()
         notes.setContentsMargins(8, 4, 8, 0)
         notes.setSpacing(4)
+        notes.addWidget(self.table)
         for label in (self.heading, self.figures, self.cells, self.shown, self.problem):
             notes.addWidget(label)
         self.form.setMinimumWidth(0)
@@ -105,6 +109,11 @@ class StudyPanel(QWidget):
     def _connect(self) -> None:
         runner = self._runner
         self.form.changed.connect(self._on_form)
+        self.table.looked_at.connect(runner.select)
+        self.table.renamed.connect(self._rename)
+        self.table.duplicated.connect(lambda run: self._studio.do(DuplicateStudy(run.item.key)))
+        self.table.removed.connect(runner.forget)
+        self.table.shown_in_form.connect(lambda run: self.form.put(run.spec))
         self.start.clicked.connect(self.begin)
         self.pause.clicked.connect(self.toggle_pause)
         self.step.clicked.connect(self.one_step)
@@ -169,7 +178,12 @@ class StudyPanel(QWidget):
         say(self.heading, text)
         self._on_figures()
 
+    def _rename(self, run: Run, name: str) -> None:
+        self._studio.do(RenameStudy(run.item.key, name))
+        self._on_state()  # a name that was refused goes
+
     def _on_figures(self) -> None:
+        self.table.fill(self._runner.runs, self._runner.run)
         run = self._runner.run
         last = "" if run is None or not run.iterates else run.sentence(len(run.iterates) - 1)
         say(self.figures, last[:1].upper() + last[1:])
