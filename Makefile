@@ -9,12 +9,12 @@ RESULTS := demo-results
 SAMPLE := sample_meshes/naca0012.su2
 WITHOUT_DISPLAY := env -u DISPLAY -u WAYLAND_DISPLAY
 WITHOUT_QT := PYTHONPATH=tests/blocked \
-	BLOCKED_MODULES=PySide6,shiboken6,pyvistaqt,pyqtgraph,superqt,qtawesome,qtpy
+	BLOCKED_MODULES=PySide6,shiboken6,pyvistaqt,pyqtgraph,qtawesome,qtpy
 PYTEST := $(BIN)/python -m pytest
 BELOW_THE_WINDOW := -n 2 --ignore=tests/gui
 SCREEN = $(if $(DISPLAY),,xvfb-run -a -s "-screen 0 1600x1200x24")
 
-.PHONY: help run test headless lint types layers campaign bench samples pictures clean
+.PHONY: help run test headless lint types layers docs campaign bench samples pictures clean
 
 help: ## this list
 	@grep -E '^[a-z]+:.*## ' Makefile | sed 's/:.*## /\t/' | expand -t 12
@@ -50,6 +50,10 @@ layers: ## import contracts between the rooms (import-linter)
 	@$(SETUP) dev
 	@$(BIN)/lint-imports
 
+docs: ## the documentation site, into docs/_build (a warning is an error)
+	@$(SETUP) docs
+	@$(BIN)/python -m sphinx -W --keep-going -q -b html docs docs/_build
+
 campaign: ## the slow tests (fuzzing, hostile files)
 	@$(SETUP) dev
 	@$(SCREEN) $(PYTEST) -m campaign -o faulthandler_timeout=7200
@@ -68,6 +72,6 @@ pictures: ## make the README's pictures of the window anew
 	@$(SCREEN) $(BIN)/python resources/pictures/make.py
 
 clean: ## remove the environment, caches and results
-	rm -rf .venv build dist $(RESULTS) .pytest_cache .mypy_cache .ruff_cache \
+	rm -rf .venv build dist docs/_build $(RESULTS) .pytest_cache .mypy_cache .ruff_cache \
 		.hypothesis .import_linter_cache .benchmarks
 	find ffdstudio tests benchmarks -name __pycache__ -type d -prune -exec rm -rf {} +

@@ -1,4 +1,4 @@
-"""Get this checkout ready to run: ``python3 .ci/setup.py gui`` (or ``dev``, ``bench``).
+"""Get this checkout ready to run: ``python3 .ci/setup.py gui`` (or ``dev``, ``docs``, ``bench``).
 
 1. It runs before anything is installed: the standard library only, and a syntax that an
    old Python can still read, so that it can say that it is too old.
@@ -20,7 +20,13 @@ import sys
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 VENV = os.path.join(ROOT, ".venv")
 OLDEST = (3, 11)
-INCLUDED = {"gui": ("gui", "dev"), "dev": ("dev",), "bench": ("bench",), "samples": ("samples",)}
+INCLUDED = {
+    "gui": ("gui", "dev"),
+    "dev": ("dev",),
+    "bench": ("bench",),
+    "samples": ("samples",),
+    "docs": ("docs", "dev"),
+}
 
 LIBRARIES = {
     "libEGL.so.1": "libegl1",

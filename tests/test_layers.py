@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 ROOMS = ("engine", "meshes", "exchange", "optimize", "project", "cli")
-QT = ("PySide6", "shiboken6", "pyvistaqt", "pyqtgraph", "superqt", "qtawesome", "qtpy")
+QT = ("PySide6", "shiboken6", "pyvistaqt", "pyqtgraph", "qtawesome", "qtpy")
 HEAVY = ("PySide6", "vtk", "vtkmodules", "pyvista", "numba", "meshio", "matplotlib")
 
 

@@ -145,6 +145,13 @@ def _parser(name: str) -> Parser:
     return parser
 
 
+def command_parser(name: str) -> Parser:
+    """Parser of one command, as the documentation prints it."""
+    parser = Parser(prog=f"ffdstudio {name}", description=_sentence(COMMANDS[name]))
+    importlib.import_module(f"ffdstudio.cli.{name}").add(parser)
+    return parser
+
+
 def _sentence(summary: str) -> str:
     return f"{summary[0].upper()}{summary[1:]}."
 

@@ -36,7 +36,7 @@ def embed(
         How the inverse problem is solved. Boxes at rest are solved in closed form and nets
         that have singular cells by Newton there, whatever the method.
     tolerance : float
-        Distance |R(u) - x| to reach, as a fraction of the diagonal of the net.
+        Distance ``|R(u) - x|`` to reach, as a fraction of the diagonal of the net.
 
     Returns
     -------
@@ -90,7 +90,7 @@ class Embedding:
     inside : numpy.ndarray
         (n,) bool; points outside are never moved.
     residual : numpy.ndarray
-        (n,) distance |R(u) - x| along the lattice's axes; infinite outside.
+        (n,) distance ``|R(u) - x|`` along the lattice's axes; infinite outside.
     iterations : numpy.ndarray
         (n,) evaluations of R that the search needed; 0 in closed form.
 
