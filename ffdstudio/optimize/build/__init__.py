@@ -1,0 +1,1 @@
+"""A run from its description: the one place where it is built."""
