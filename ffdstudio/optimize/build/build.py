@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from ffdstudio.engine import Lattice, embed
 from ffdstudio.errors import InputError
 from ffdstudio.meshes import Mesh, read_mesh
+from ffdstudio.optimize.budget import Budget
 from ffdstudio.optimize.build.lattice import Begun, lattice_of
 from ffdstudio.optimize.build.monitor import ErrorMonitor
 from ffdstudio.optimize.build.place import Place
@@ -30,7 +31,6 @@ from ffdstudio.optimize.objectives.base import Objective
 from ffdstudio.optimize.objectives.chords import InChords
 from ffdstudio.optimize.objectives.identity import identity
 from ffdstudio.optimize.objectives.remembered import Remembered
-from ffdstudio.optimize.budget import Budget
 from ffdstudio.optimize.runs.study import Study, Task
 from ffdstudio.optimize.spec.codec import read_study
 from ffdstudio.optimize.spec.study import StudySpec

@@ -104,4 +104,3 @@ class Place:
     def contour(self, source: str) -> Contour:
         """Normalised contour of a section: a file, a NACA name, an array at hand."""
         return target_contour(self.found(source))
-

@@ -42,7 +42,9 @@ def _mirror(spec: VariablesSpec, lattice: Lattice) -> tuple[int, Vector] | None:
     return axis, (float(x), float(y), float(z))
 
 
-def _check_axes(table: str, key: str, letters: tuple[str, ...] | list[str], lattice: Lattice) -> None:
+def _check_axes(
+    table: str, key: str, letters: tuple[str, ...] | list[str], lattice: Lattice
+) -> None:
     """Refuse directions that the lattice does not have."""
     has = LETTERS[: lattice.dimension]
     for letter in letters:
