@@ -10,7 +10,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 from PySide6.QtCore import QPointF, QRectF, Qt
-from PySide6.QtGui import QColor, QFont, QPainter, QPaintEvent, QPen
+from PySide6.QtGui import QColor, QFont, QLinearGradient, QPainter, QPaintEvent, QPen
 from PySide6.QtWidgets import QWidget
 
 from ffdstudio.gui.theme import Theme
@@ -59,7 +59,17 @@ class Band:
     end: Pixel
 
 
-Shape = Line | Ring | Text | Band
+@dataclass(frozen=True)
+class Bar:
+    """Scale of colours in the lower right corner: title, texts along it, colours (r, g, b)."""
+
+    title: str
+    texts: tuple[str, ...]
+    colours: tuple[tuple[int, ...], ...]
+
+
+Shape = Line | Ring | Text | Band | Bar
+BAR_WIDTH, BAR_HEIGHT, CORNER = 270, 58, 12
 
 
 class Overlay(QWidget):
@@ -103,6 +113,8 @@ class Overlay(QWidget):
                 self._draw_band(painter, shape)
             case Text():
                 self._draw_text(painter, shape)
+            case Bar():
+                self._draw_bar(painter, shape)
 
     def _pen(self, colour: str, width: float, dashed: bool = False) -> QPen:
         style = Qt.PenStyle.DashLine if dashed else Qt.PenStyle.SolidLine
@@ -115,6 +127,30 @@ class Overlay(QWidget):
         painter.setBrush(fill)
         painter.drawRect(QRectF(QPointF(*band.start), QPointF(*band.end)).normalized())
 
+    def _draw_bar(self, painter: QPainter, bar: Bar) -> None:
+        x = max(float(CORNER), self.width() - BAR_WIDTH - CORNER)
+        y = self.height() - BAR_HEIGHT - CORNER
+        painter.setFont(self.font())
+        self._draw_plate(painter, QRectF(x, y, BAR_WIDTH, BAR_HEIGHT))
+        painter.setPen(QColor(self.theme["view_text"]))
+        inner = QRectF(x + 10, y + 4, BAR_WIDTH - 20, 17)
+        painter.drawText(inner, Qt.AlignmentFlag.AlignLeft, bar.title)
+        strip = QRectF(x + 10, y + 23, BAR_WIDTH - 20, 10)
+        gradient = QLinearGradient(QPointF(strip.left(), 0), QPointF(strip.right(), 0))
+        for number, colour in enumerate(bar.colours):
+            gradient.setColorAt(number / (len(bar.colours) - 1), QColor(*colour))
+        painter.fillRect(strip, gradient)
+        sides = (Qt.AlignmentFlag.AlignLeft, Qt.AlignmentFlag.AlignHCenter)
+        for text, side in zip(bar.texts, (*sides, Qt.AlignmentFlag.AlignRight), strict=True):
+            painter.drawText(QRectF(x + 10, y + 36, BAR_WIDTH - 20, 18), side, text)
+
+    def _draw_plate(self, painter: QPainter, rect: QRectF) -> None:
+        plate = QColor(self.theme["plate"])
+        plate.setAlpha(225)
+        painter.setPen(self._pen("border", 1.0))
+        painter.setBrush(plate)
+        painter.drawRoundedRect(rect, 4, 4)
+
     def _draw_text(self, painter: QPainter, text: Text) -> None:
         font = QFont(self.font())
         font.setBold(text.bold)
@@ -124,11 +160,7 @@ class Overlay(QWidget):
         rect = QRectF(text.at[0], text.at[1], width, metrics.height() * len(text.lines))
         if text.plate:
             rect = self._inside(rect.adjusted(0, 0, 14, 8))
-            plate = QColor(self.theme["plate"])
-            plate.setAlpha(225)
-            painter.setPen(self._pen("border", 1.0))
-            painter.setBrush(plate)
-            painter.drawRoundedRect(rect, 4, 4)
+            self._draw_plate(painter, rect)
             rect = rect.adjusted(7, 4, -7, -4)
         painter.setPen(QColor(self.theme[text.colour]))
         painter.drawText(rect, Qt.AlignmentFlag.AlignLeft, "\n".join(text.lines))

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from ffdstudio.aliases import Array
 from ffdstudio.engine.frozen import frozen_mask
 from ffdstudio.gui.actors.body import BodyActor
+from ffdstudio.gui.actors.ghost import Ghost
 from ffdstudio.gui.actors.lattice import LatticeActor
 from ffdstudio.gui.first_view import interesting
 from ffdstudio.gui.navigation import AXIS_VIEWS, looking
@@ -31,6 +32,7 @@ from ffdstudio.project.document import Document
 from ffdstudio.project.model import LatticeItem
 
 PREVIEW = "preview"
+CUED = 50_000  # points of a net that fade with the distance
 
 
 class Scene:
@@ -41,6 +43,7 @@ class Scene:
     ) -> None:
         self.viewport, self.document, self.state, self.theme = viewport, document, state, theme
         self.bodies: dict[str, BodyActor] = {}
+        self.ghost = Ghost(viewport.renderer)
         self.lattices: dict[str, LatticeActor] = {}
         self._nets: dict[str, tuple[int, ...]] = {}
         self._listening = Listening(
@@ -60,6 +63,7 @@ class Scene:
         self._listening.stop()
         for body in self.bodies.values():
             body.close()
+        self.ghost.close()
         for net in self.lattices.values():
             net.close()
         self.bodies.clear()
@@ -106,7 +110,13 @@ class Scene:
         self._place()
 
     def _follow(self) -> None:
-        """Just before a picture: bring a drag's points up to date."""
+        """Just before a picture: bring a drag's points up to date, and what depends on the view."""
+        pixel = 2 * self.viewport.view.half_height / max(1, self.viewport.height())
+        for actor in self.bodies.values():
+            actor.fade_edges(pixel)
+        for net in self.lattices.values():
+            if net.count <= CUED:
+                net.cue(self.viewport.view.back)
         if self.document.editing is None:
             return
         self.document.refresh()
@@ -161,7 +171,7 @@ class Scene:
     def _dress(self) -> None:
         model, shown = self.document.model, self.state.shown
         for body in model.bodies:
-            self.bodies[body.key].dress(body, self.theme, shown.edges)
+            self.bodies[body.key].dress(body, self.theme, shown.edges, shown.outer)
         for item in model.lattices:
             self._mark(item)
         if self.state.preview is not None:
@@ -179,8 +189,9 @@ class Scene:
         model, shown = self.document.model, self.state.shown
         coarse = self.document.editing is not None
         for body in model.bodies:
-            actor = self.bodies[body.key]
-            actor.show(body.visible, shown.ghost, coarse, self.theme, self.viewport.origin)
+            self.bodies[body.key].show(body.visible, coarse)
+        seen = [self.bodies[body.key] for body in model.bodies if body.visible]
+        self.ghost.show(seen if shown.ghost else (), self.theme, self.viewport.origin)
         building = self.state.preview is not None
         for item in model.lattices:
             self.lattices[item.key].show(item.visible and shown.net and not building)

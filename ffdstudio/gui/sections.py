@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 from psygnal import Signal
 from vtkmodules.vtkCommonDataModel import vtkPlane
@@ -62,9 +64,11 @@ class SectionPlanes:
         for key, actor in self._scene.bodies.items():
             if section is None or key not in bodies or not _solid(bodies[key]):
                 actor.clip(None)
+                self._scene.ghost.clip(actor, None)
                 continue
             origin, normal = self._plane(bodies[key], section)
-            actor.clip(self._clipping(origin, normal))
+            for part in (actor.clip, partial(self._scene.ghost.clip, actor)):
+                part(self._clipping(origin, normal))
             self._start(bodies[key], origin, normal)
         self._scene.viewport.update()
 

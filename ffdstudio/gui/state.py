@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 from psygnal import Signal
 
+from ffdstudio.project.view.looks import LookName
+
 if TYPE_CHECKING:
     from ffdstudio.engine import Lattice
 
@@ -32,6 +34,8 @@ class ShownOptions:
     labels: bool = True
     net: bool = True
     section: SectionPlane | None = None
+    outer: bool = False
+    look: LookName = "shaded"
 
 
 class WindowState:

@@ -23,6 +23,7 @@ from PySide6.QtWidgets import QWidget
 from pyvistaqt import QtInteractor
 
 from ffdstudio.aliases import Array
+from ffdstudio.gui.lights import add_lights
 from ffdstudio.gui.navigation import ANGLE, AXIS_VIEWS, View, fitted, looking
 from ffdstudio.gui.overlay import Overlay
 from ffdstudio.gui.quirks import let_go_of_surface
@@ -39,8 +40,9 @@ class Viewport(QtInteractor):
 
     def __init__(self, parent: QWidget, theme: Theme) -> None:
         super().__init__(
-            parent, off_screen=False, auto_update=False, multi_samples=4, lighting="light kit"
+            parent, off_screen=False, auto_update=False, multi_samples=4, lighting=None
         )
+        add_lights(self.renderer)
         self.setAccessibleName("Picture of meshes and lattices")
         self.setAcceptDrops(False)  # the window takes dropped files
         self.frames = 0

@@ -27,6 +27,7 @@ from ffdstudio.gui.handlers.files import FileHandler
 from ffdstudio.gui.handlers.recovery_handler import Keeper
 from ffdstudio.gui.handlers.viewing import HelpHandler, ViewHandler
 from ffdstudio.gui.jobs import Job, Jobs
+from ffdstudio.gui.looks import Looks
 from ffdstudio.gui.panels.history import HistoryPanel
 from ffdstudio.gui.panels.lattice import LatticePanel
 from ffdstudio.gui.panels.points import PointsPanel
@@ -51,6 +52,7 @@ from ffdstudio.gui.viewport import Viewport, save_picture
 from ffdstudio.project.document import Document
 from ffdstudio.project.interaction.spread import Mirror, Soft
 from ffdstudio.project.interaction.tools import Options, Tools
+from ffdstudio.project.view.looks import LOOKS
 
 Panel = (
     TreePanel
@@ -65,7 +67,7 @@ Panel = (
 LEFT, RIGHT = Qt.DockWidgetArea.LeftDockWidgetArea, Qt.DockWidgetArea.RightDockWidgetArea
 MIRRORS = ("off", "x", "y", "z")
 SOFT_RADIUS = 0.25  # of the lattice's diagonal, to begin with
-SWITCHES = ("ghost", "edges", "inside", "net")
+SWITCHES = ("ghost", "edges", "inside", "net", "outer")
 
 
 class MainWindow(QMainWindow):
@@ -115,6 +117,7 @@ class MainWindow(QMainWindow):
         self.tools = Tools(self.document)
         self.scene = Scene(self.viewport, self.document, self.studio.state, self.studio.theme)
         self.sections = SectionPlanes(self.studio, self.scene)
+        self.looks = Looks(self.studio, self.scene)
         self.quality = QualityPart(self.studio, self.scene, self.sections, self.tools)
         self.readouts = Readouts(self.viewport, self.tools, self.studio.state)
         self.pointer = PointerFilter(self.viewport, self.tools, self.studio.state)
@@ -249,6 +252,8 @@ class MainWindow(QMainWindow):
         }
         for name in SWITCHES:
             found[f"view.{name}"] = partial(self.view.switch, name)
+        for look in LOOKS:
+            found[f"view.look_{look}"] = _ignoring(partial(self.view.look, look))
         for axis, name in enumerate(MIRRORS, start=-1):
             found[f"edit.mirror_{name}"] = _ignoring(partial(edit.mirror, axis))
         for axis, letter in enumerate("ijk"):
@@ -352,6 +357,7 @@ class MainWindow(QMainWindow):
         shown = self.studio.state.shown
         for name in SWITCHES:
             self.actions_.check(f"view.{name}", getattr(shown, name))
+        self.actions_.check(f"view.look_{shown.look}", True)
         self.actions_.check("view.section", shown.section is not None)
         self.actions_.check("view.parallel", self.viewport.view.parallel)
         self._on_mode()
@@ -384,6 +390,7 @@ class MainWindow(QMainWindow):
         self.scene.paint_with(theme)
         self.quality.paint_with(theme)
         self.sections.paint_with(theme)
+        self.looks.paint_with(theme)
         self.actions_.paint_with(theme)
         for panel in (*self.panels, self.studies):
             panel.paint_with(theme)
@@ -446,6 +453,7 @@ class MainWindow(QMainWindow):
         self.pointer.close()
         self.readouts.close()
         self.quality.close()
+        self.looks.close()
         self.sections.close()
         self.scene.close()
         for panel in self.panels:

@@ -614,7 +614,7 @@ def test_ghost_section_edges_and_inside_are_switches(ready):
     scene, state = ready.window.scene, ready.window.studio.state
     actor = next(iter(scene.bodies.values()))
     ready.trigger("view.ghost")
-    assert actor._ghost.faces.GetVisibility()
+    assert ready.window.scene.ghost.parts[0].faces.GetVisibility()
     ready.trigger("view.inside")
     assert actor._dot_data.GetNumberOfVerts() == 98
     ready.trigger("view.edges")

@@ -27,6 +27,10 @@ class Points:
     def write(self, points: Array, origin: Array, rows: Indices | slice = slice(None)) -> None:
         """Take world coordinates for some rows and mark the data as changed."""
         self.array[rows] = points - origin
+        self.changed()
+
+    def changed(self) -> None:
+        """Mark the data as changed, after `array` has been written to."""
         self._data.Modified()
         self.vtk.Modified()
 

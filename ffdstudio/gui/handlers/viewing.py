@@ -19,6 +19,7 @@ from ffdstudio.gui.studio import Studio
 from ffdstudio.meshes.quasi2d import slab_of
 from ffdstudio.project import commands as c
 from ffdstudio.project.model import Body
+from ffdstudio.project.view.looks import LookName
 
 
 class ViewHandler:
@@ -66,6 +67,10 @@ class ViewHandler:
     def switch(self, name: str, on: bool) -> None:
         """Draw something, or not; the names are those of `Shown`."""
         self._studio.state.show(**{name: on})
+
+    def look(self, name: LookName) -> None:
+        """What the colour of the bodies tells."""
+        self._studio.state.show(look=name)
 
     def section(self, on: bool) -> None:
         """Cut volume meshes open."""

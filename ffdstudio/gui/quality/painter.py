@@ -13,7 +13,7 @@ import numpy as np
 from vtkmodules.util.numpy_support import numpy_to_vtk
 
 from ffdstudio.aliases import Indices
-from ffdstudio.gui.actors.body import MANY_FACES, BodyActor, hull
+from ffdstudio.gui.actors.body import MANY_FACES, BodyActor
 from ffdstudio.gui.actors.vtk import actor, poly, ragged_cells
 from ffdstudio.gui.quality.choice import Choice
 from ffdstudio.gui.quality.colours import Colours, colours_of, map_of, scale_of
@@ -23,6 +23,7 @@ from ffdstudio.gui.studio import Studio
 from ffdstudio.gui.subscriptions import Listening
 from ffdstudio.project.checks.checking import Checks
 from ffdstudio.project.model import Body
+from ffdstudio.project.view.surface import outer_polygons
 
 
 class Coat:
@@ -46,7 +47,7 @@ class Coat:
         surface = self.under.surface
         gone = [n for n, name in enumerate(surface.markers) if name in body.hidden_markers]
         keep = ~np.isin(surface.polygon_marker, gone)
-        keep &= ~hull(surface, body.mesh)
+        keep &= ~outer_polygons(surface, body.mesh)
         sizes = np.diff(surface.offsets)
         offsets = np.concatenate([[0], np.cumsum(sizes[keep])])
         self._data.SetPolys(ragged_cells(offsets, surface.connectivity[np.repeat(keep, sizes)]))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ffdstudio.aliases import Mask
 from ffdstudio.project.view.camera import Camera
 
 SAME_SPOT = 3.0  # pixels within which depth decides
@@ -31,6 +32,12 @@ def nearest(
         return None
     close = np.flatnonzero(distance <= min(distance.min() + SAME_SPOT, radius))
     return int(close[np.argmin(depth[close])])
+
+
+def near(camera: Camera, points: ArrayLike, x: float, y: float, radius: float) -> Mask:
+    """(n,) which points are within some pixels of a pixel."""
+    pixels = camera.project(points)
+    return np.asarray(np.hypot(pixels[:, 0] - x, pixels[:, 1] - y) <= radius)
 
 
 def in_rectangle(

@@ -21,9 +21,10 @@ from ffdstudio.project.interaction.dragging import Lock, snap_step
 from ffdstudio.project.interaction.events import PointerEvent
 from ffdstudio.project.interaction.feedback import NOTHING, Feedback, weight_handle
 from ffdstudio.project.interaction.flatness import normal_axis, plane_of
-from ffdstudio.project.interaction.picking import in_rectangle, nearest
+from ffdstudio.project.interaction.picking import in_rectangle, near, nearest
 from ffdstudio.project.interaction.spread import Mirror, Soft, Spread
 from ffdstudio.project.model import Index, LatticeItem
+from ffdstudio.project.view.occlusion import Occluders
 
 RADIUS = 10.0  # pixels around a control point or handle that count as on it
 STILL = 3.0  # pixels that a click may move
@@ -78,6 +79,7 @@ class Tools:
     def __init__(self, document: Document, options: Options | None = None) -> None:
         self.document = document
         self.options = Options() if options is None else options
+        self.occluders = Occluders(document)
         self.feedback = NOTHING
         self.picked: Index | None = None
         self._gesture: gestures.Gesture | None = None
@@ -149,12 +151,18 @@ class Tools:
     # ---- what is under the cursor ---------------------------------------------------------
 
     def hit(self, event: PointerEvent) -> Index | None:
-        """Control point of the active lattice under the cursor, a free one if there is one."""
+        """Control point of the active lattice under the cursor.
+
+        A free one that is seen, else a free one behind a surface, else a frozen one.
+        """
         item = self._item
         if item is None or not item.visible:
             return None
         flat, free = item.current.control_points.reshape(-1, 3), ~item.frozen_mask.ravel()
-        for rows in (np.flatnonzero(free), np.flatnonzero(~free)):
+        under = np.flatnonzero(near(event.camera, flat, event.x, event.y, RADIUS))
+        hidden = np.zeros(len(flat), dtype=bool)
+        hidden[under] = self.occluders.hidden(event.camera, flat[under])
+        for rows in (under[free[under] & ~hidden[under]], under[free[under]], under):
             row = nearest(event.camera, flat[rows], event.x, event.y, RADIUS)
             if row is not None:
                 return _index(int(rows[row]), item)

@@ -9,15 +9,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ffdstudio.aliases import Array, Indices
+from ffdstudio.aliases import Array, Indices, Mask
 from ffdstudio.meshes import Mesh
-from ffdstudio.meshes.quasi2d import outlines, slab_of
+from ffdstudio.meshes.quasi2d import is_plane, outlines, slab_of
 from ffdstudio.meshes.topology import corners, dimension
+from ffdstudio.meshes.walls import wall_markers
+from ffdstudio.project.view.shading import Shading, shading_of
 
 PROXY_ABOVE = 200_000
 PROXY_POINTS = 40_000
@@ -34,11 +36,13 @@ class Proxy:
         (k,) rows of the surface's points that it keeps.
     triangles, lines : numpy.ndarray
         (t, 3) and (l, 2) into `rows`.
+    shading : Shading or None
     """
 
     rows: Indices
     triangles: Indices
     lines: Indices
+    shading: Shading | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,6 +64,8 @@ class DisplaySurface:
         Whether this is the skin of a volume mesh.
     proxy : Proxy or None
         What to show during a drag; None if the surface is small enough itself.
+    shading : Shading or None
+        What shares a normal; None of a plane mesh, which is seen straight on.
     """
 
     nodes: Indices
@@ -71,6 +77,7 @@ class DisplaySurface:
     markers: tuple[str, ...] = ()
     has_volume: bool = False
     proxy: Proxy | None = None
+    shading: Shading | None = None
 
     def marker_points(self, name: str) -> Indices:
         """Return the displayed points on a marker, ascending."""
@@ -105,10 +112,25 @@ def surface_of(mesh: Mesh, proxy_above: int = PROXY_ABOVE) -> DisplaySurface:
     volume = mesh.faces is not None or any(dimension(kind) == 3 for kind in mesh.cells)
     drawn = (connectivity, offsets, row_of[lines], polygon_marker, of_lines)
     surface = (nodes, *drawn, names, volume)
-    if len(nodes) <= proxy_above:
-        return DisplaySurface(*surface)
-    rows = [row_of[block] for block in polygons]
-    return DisplaySurface(*surface, proxy=cluster(mesh.points[nodes], rows, row_of[lines]))
+    places, shading, proxy = mesh.points[nodes], None, None
+    if len(nodes) > proxy_above:
+        rows = [row_of[block] for block in polygons]
+        proxy = cluster(places, rows, row_of[lines])
+    if not is_plane(mesh) and len(connectivity):
+        shading = shading_of(places, connectivity, offsets)
+        if proxy is not None:
+            corners = proxy.triangles.ravel(), np.arange(0, proxy.triangles.size + 1, 3)
+            proxy = replace(proxy, shading=shading_of(places[proxy.rows], *corners))
+    return DisplaySurface(*surface, proxy, shading)
+
+
+def outer_polygons(surface: DisplaySurface, mesh: Mesh) -> Mask:
+    """(p,) polygons of the far field around walls, and of the planes that it ends at."""
+    names = wall_markers(mesh)
+    if not names or is_plane(mesh):
+        return np.zeros(len(surface.polygon_marker), dtype=bool)
+    inner = [surface.markers.index(name) for name in names]
+    return ~np.isin(surface.polygon_marker, inner)
 
 
 def _used(blocks: list[Indices], count: int) -> Indices:
