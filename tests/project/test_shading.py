@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from ffdstudio.project.commands import CreateBox
+from ffdstudio.project.interaction.occlusion import Occluders
 from ffdstudio.project.view.camera import Camera
 from ffdstudio.project.view.looks import LOOKS, curvature, displacement, rounded_up
-from ffdstudio.project.view.occlusion import Occluders
 from ffdstudio.project.view.shading import face_vectors, shading_of
 from tests.project.scenes import opened, write_cube
 

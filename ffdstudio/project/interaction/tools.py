@@ -21,10 +21,10 @@ from ffdstudio.project.interaction.dragging import Lock, snap_step
 from ffdstudio.project.interaction.events import PointerEvent
 from ffdstudio.project.interaction.feedback import NOTHING, Feedback, weight_handle
 from ffdstudio.project.interaction.flatness import normal_axis, plane_of
+from ffdstudio.project.interaction.occlusion import Occluders
 from ffdstudio.project.interaction.picking import in_rectangle, near, nearest
 from ffdstudio.project.interaction.spread import Mirror, Soft, Spread
 from ffdstudio.project.model import Index, LatticeItem
-from ffdstudio.project.view.occlusion import Occluders
 
 RADIUS = 10.0  # pixels around a control point or handle that count as on it
 STILL = 3.0  # pixels that a click may move
