@@ -23,11 +23,20 @@ from ffdstudio.project.model import Index, Model
 from ffdstudio.project.plane_constraints import alike, planes_in, slid
 
 
+class EditGuard(Protocol):
+    """Who keeps edits that are no drags, such as typed values, from inverting cells."""
+
+    def shorten(self, edit: Edit) -> None:
+        """End an edit that is about to be committed before it does harm, if that is wanted."""
+        ...
+
+
 class Owner(Protocol):
     """Who has a model edited; see `editor.Editor`."""
 
     model: Model
     editing: Edit | None
+    guard: EditGuard | None
 
     def preview(self, model: Model) -> None:
         """Show a model without entering it into the history."""
@@ -52,6 +61,7 @@ class Edit:
     """
 
     lasting = False
+    guarded = False  # whether somebody has kept it from inverting cells already
 
     def __init__(self, document: Owner, key: str, points: Sequence[Index]) -> None:
         self._document = document
@@ -95,13 +105,40 @@ class Edit:
     def _show(self, positions: Array, weights: Array) -> None:
         if self._document.editing is not self:  # somebody has ended it
             return
-        current = self.item.current
         positions = slid(self.item.rest, self._where, positions, self._planes)
-        net, all_weights = current.control_points.copy(), current.weights.copy()
-        net[self._where], all_weights[self._where] = positions, weights
-        new = current.moved(net, all_weights)  # raises before anything has changed
+        new = self._with(positions, weights)  # raises before anything has changed
         self._positions, self._weights = positions, weights
         self._document.preview(self.before.with_(replace(self.item, current=new)))
+
+    def _with(self, positions: Array, weights: Array) -> Lattice:
+        current = self.item.current
+        net, all_weights = current.control_points.copy(), current.weights.copy()
+        net[self._where], all_weights[self._where] = positions, weights
+        return current.moved(net, all_weights)
+
+    def lattice_with(self, positions: Array | None = None, weights: Array | None = None) -> Lattice:
+        """The lattice with its points there, (k, 3), or with weights (k,); nothing is shown."""
+        places = self.start if positions is None else positions
+        places = slid(self.item.rest, self._where, places, self._planes)
+        return self._with(places, self.weights if weights is None else weights)
+
+    @property
+    def state(self) -> tuple[Array, Array]:
+        """(k, 3) positions and (k,) weights as previewed."""
+        return self._positions, self._weights
+
+    def _between(self, share: float, whole: tuple[Array, Array]) -> tuple[Array, Array]:
+        places = self.start + share * (whole[0] - self.start)
+        return places, self.weights * (whole[1] / self.weights) ** share
+
+    def lattice_at(self, share: float, whole: tuple[Array, Array]) -> Lattice:
+        """The lattice a share of the way from the start to a state."""
+        return self.lattice_with(*self._between(share, whole))
+
+    def go_to(self, share: float, whole: tuple[Array, Array]) -> None:
+        """Preview a share of the way from the start to a state."""
+        self._vector = None
+        self._show(*self._between(share, whole))
 
     @property
     def current(self) -> Lattice:
@@ -132,6 +169,9 @@ class Edit:
 
     def commit(self) -> None:
         """Make it one entry of the history; none if nothing has changed."""
+        guard = self._document.guard
+        if guard is not None and not self.guarded and not self.lasting:
+            guard.shorten(self)
         command = self.command
         self._document.end(self, command)
 

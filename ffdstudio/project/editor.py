@@ -26,7 +26,7 @@ from ffdstudio.errors import InputError
 from ffdstudio.files import Stamp
 from ffdstudio.meshes import Mesh
 from ffdstudio.project.commands import Command
-from ffdstudio.project.edit import Edit
+from ffdstudio.project.edit import Edit, EditGuard
 from ffdstudio.project.files.journal import Journal, commands_of
 from ffdstudio.project.files.model_codec import to_file
 from ffdstudio.project.files.records import ProjectFile
@@ -61,6 +61,7 @@ class Editor:
         self.journal = Journal()
         self.selection: frozenset[Index] = frozenset()
         self.editing: Edit | None = None
+        self.guard: EditGuard | None = None
         self.path: Path | None = None
         self.sections: dict[str, Any] = {}
         self.records = StudyRecords()

@@ -39,7 +39,12 @@ class GuardLine:
 def shapes(camera: Camera, said: Feedback) -> Iterator[Shape]:
     """What to draw of a drag's guard."""
     verdict, anchor = said.verdict, said.anchor
-    if verdict is None or anchor is None or verdict.state == "none":
+    if verdict is None or verdict.state == "none":
+        return
+    if not verdict.asked.any():  # of a path that is no straight drag there is only a word
+        yield from _said(verdict, said)
+        return
+    if anchor is None:
         return
     amplitude = verdict.stop.amplitude
     drawn = np.isfinite(amplitude) and amplitude < NEAR
@@ -57,6 +62,10 @@ def shapes(camera: Camera, said: Feedback) -> Iterator[Shape]:
         yield Line(tuple(cursor), tuple(limit), colour, 1.5, True)
         yield Line(tuple(limit - across), tuple(limit + across), colour, 3.0)
         yield Ring(tuple(limit), 3.0, colour, filled=True)
+    yield from _said(verdict, said)
+
+
+def _said(verdict: Verdict, said: Feedback) -> Iterator[Shape]:
     text = words(verdict)
     if text:
         at = said.at[0] + 18, said.at[1] + BELOW
@@ -74,7 +83,11 @@ def words(verdict: Verdict) -> str:
     unseen = str(verdict.unseen) if verdict.unseen.missing else ""
     if not (np.isfinite(amplitude) and amplitude < NEAR):
         return unseen
-    far = f"{amplitude * float(np.linalg.norm(verdict.asked)):.4g}"
-    held = (verdict.vector != verdict.asked).any()
+    path = np.isfinite(verdict.place)
+    far = "the limit" if path else f"{amplitude * float(np.linalg.norm(verdict.asked)):.4g}"
+    held = verdict.held or (verdict.vector != verdict.asked).any()
+    if path and not held and not verdict.beyond:
+        return unseen  # how much of an angle is left is said by the read-out once it is reached
     said = "stopped at" if held else "beyond the limit" if verdict.beyond else "limit"
+    said = "beyond" if path and verdict.beyond and not held else said
     return f"{said} {far}: {verdict.reason}" + (f"; {unseen}" if unseen else "")

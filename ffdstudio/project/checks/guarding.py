@@ -58,6 +58,9 @@ class Verdict:
         ``ready``; ``waiting`` while the guard is being made; ``none`` where there is none.
     unseen : Coverage
         Cells that the guard does not know, of all guarded bodies.
+    place, held : float, bool
+        Of a motion that is no drag by a vector: where on its path the limit is, and whether it
+        is held back.
     """
 
     vector: Array
@@ -66,6 +69,8 @@ class Verdict:
     body: str = ""
     state: str = "none"
     unseen: Coverage = field(default_factory=Coverage)
+    place: float = np.nan
+    held: bool = False
 
     @property
     def beyond(self) -> bool:
@@ -178,7 +183,7 @@ class DragGuard:
             return
         self._watched = None
         bodies = [body for body in model.bodies if countable(body.mesh)]
-        if item is None or not chosen or not bodies or not _last(model, item):
+        if item is None or not chosen or not bodies or not is_last(model, item):
             return
         self._watched = wanted
         flat = np.ravel_multi_index(tuple(np.array(chosen).T), item.rest.shape).tolist()
@@ -227,7 +232,7 @@ def _free(item: LatticeItem, points: Iterable[Index]) -> tuple[Index, ...]:
     return tuple(sorted(point for point in points if not frozen[point]))
 
 
-def _last(model: Model, item: LatticeItem) -> bool:
+def is_last(model: Model, item: LatticeItem) -> bool:
     """Whether a lattice deforms, and none behind it does."""
     keys = [step.key for step in model.steps]
     if item.key not in keys:

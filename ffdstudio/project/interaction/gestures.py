@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ffdstudio.aliases import Array
+from ffdstudio.project.checks.motion_guard import Motion
 from ffdstudio.project.edit import Edit
 from ffdstudio.project.interaction.dragging import Lock, displacement, snap_step
 from ffdstudio.project.interaction.events import PointerEvent
@@ -32,6 +33,20 @@ Gesture = Generator[None, PointerEvent, None]
 LIGHTEST, HEAVIEST = 1e-3, 1e3
 ANGLE_STEP, SCALE_STEP, WEIGHT_STEP = 5.0, 0.1, 0.1
 WHEEL = 1.1
+TURN_STEP = 4.0  # degrees on which the guard takes nodes to move straight
+
+
+@dataclass(frozen=True)
+class Path:
+    """A turn or a scaling as a path: what makes it the same one, how far, and what is there.
+
+    `at` gives a transform of (n, 3) points and the read-out.
+    """
+
+    key: tuple[object, ...]
+    asked: float
+    at: Callable[[float], tuple[Callable[[Array], Array], str]]
+    step: float = np.inf
 
 
 @dataclass
@@ -46,6 +61,7 @@ class Stroke:
 
     def run(self, update: Callable[[], Feedback], wheel: Callable[[float], None]) -> Gesture:
         """Update after each event until the gesture ends."""
+        self.edit.guarded = True
         try:
             while self.tools.document.editing is self.edit:
                 self.tools.show(update())
@@ -109,7 +125,16 @@ def move(tools: Tools, press: PointerEvent, event: PointerEvent, anchor: Array) 
             vector = verdict.vector
             edit.translate(vector)
         else:
-            edit.place(spread.place(edit.start, lambda points: points + vector))
+            moving = vector
+
+            def there(share: float) -> Array:
+                return spread.place(edit.start, lambda points: points + share * moving)
+
+            key = ("move", *vector.tolist(), spread.points, tuple(spread.share.tolist()))
+            motion = Motion(key, 1.0, lambda share: edit.lattice_with(there(share)))
+            share, verdict = tools.judge_motion(motion)
+            vector = share * vector
+            edit.place(there(share))
         radius = 0.0 if soft is None else soft.radius
         text = vector_text(vector, stroke.lock)
         return Feedback(text, last.at, None, anchor, stroke.lock, radius, verdict)
@@ -127,7 +152,7 @@ def move(tools: Tools, press: PointerEvent, event: PointerEvent, anchor: Array) 
 def turn(tools: Tools, press: PointerEvent, event: PointerEvent, pivot: Array) -> Gesture:
     """Rotate the selected points about a pivot, round the view or a locked axis."""
 
-    def transform(stroke: Stroke) -> tuple[Callable[[Array], Array], str]:
+    def transform(stroke: Stroke) -> Path:
         angle = _angle(press, stroke.last, pivot)
         axis = -press.camera.forward  # towards the viewer: anticlockwise as seen
         lock = tools.plane or stroke.lock  # what is flat turns in its plane only
@@ -138,7 +163,8 @@ def turn(tools: Tools, press: PointerEvent, event: PointerEvent, pivot: Array) -
             angle *= 0.1
         if stroke.last.ctrl:
             angle = round(angle / ANGLE_STEP) * ANGLE_STEP
-        return rotation(axis, angle, pivot), f"{angle:.4g}°"
+        key = ("turn", *axis.tolist())
+        return Path(key, angle, lambda a: (rotation(axis, a, pivot), f"{a:.4g}°"), TURN_STEP)
 
     yield from _transformed(tools, press, event, pivot, transform)
 
@@ -146,17 +172,21 @@ def turn(tools: Tools, press: PointerEvent, event: PointerEvent, pivot: Array) -
 def scale(tools: Tools, press: PointerEvent, event: PointerEvent, pivot: Array) -> Gesture:
     """Scale the selected points about a pivot, in all directions or as locked."""
 
-    def transform(stroke: Stroke) -> tuple[Callable[[Array], Array], str]:
+    def transform(stroke: Stroke) -> Path:
         factor = _ratio(press, stroke.last, pivot)
         if stroke.last.shift:
             factor = 1 + 0.1 * (factor - 1)
         if stroke.last.ctrl:
             factor = round(factor / SCALE_STEP) * SCALE_STEP
-        factors = np.full(3, factor)
+        chosen = np.ones(3)
         if stroke.lock is not None:
             along = np.abs(stroke.lock.direction) > 0.5
-            factors = np.where(along != stroke.lock.plane, factor, 1.0)
-        return scaling(factors, pivot), f"× {factor:.4g}"
+            chosen = (along != stroke.lock.plane).astype(float)
+
+        def at(more: float) -> tuple[Callable[[Array], Array], str]:
+            return scaling(1 + more * chosen, pivot), f"× {1 + more:.4g}"
+
+        return Path(("scale", *chosen.tolist()), factor - 1, at)
 
     yield from _transformed(tools, press, event, pivot, transform)
 
@@ -166,15 +196,24 @@ def _transformed(
     press: PointerEvent,
     event: PointerEvent,
     pivot: Array,
-    transform: Callable[[Stroke], tuple[Callable[[Array], Array], str]],
+    transform: Callable[[Stroke], Path],
 ) -> Gesture:
     spread, edit = tools.begin()
     stroke = Stroke(tools, edit, press, event, tools.plane)
 
     def update() -> Feedback:
-        moved, text = transform(stroke)
-        edit.place(spread.place(edit.start, moved))
-        return Feedback(text, stroke.last.at, anchor=pivot, lock=stroke.lock)
+        path = transform(stroke)
+
+        def there(place: float) -> Array:
+            return spread.place(edit.start, path.at(place)[0])
+
+        motion = Motion(
+            path.key, path.asked, lambda place: edit.lattice_with(there(place)), path.step
+        )
+        place, verdict = tools.judge_motion(motion)
+        edit.place(there(place))
+        text = path.at(place)[1]
+        return Feedback(text, stroke.last.at, None, pivot, stroke.lock, verdict=verdict)
 
     yield from stroke.run(update, _no_wheel)
 
@@ -208,8 +247,16 @@ def weigh(tools: Tools, press: PointerEvent, event: PointerEvent) -> Gesture:
         weights = edit.weights * 2.0 ** (up / OCTAVE)
         if stroke.last.ctrl:
             weights = np.maximum(np.round(weights / WEIGHT_STEP), 1) * WEIGHT_STEP
-        weights = np.clip(weights, LIGHTEST, HEAVIEST)
+        asked = np.clip(weights, LIGHTEST, HEAVIEST)
+
+        def there(share: float) -> Array:
+            return np.asarray(edit.weights * (asked / edit.weights) ** share)
+
+        key = ("weigh", *asked.tolist())
+        motion = Motion(key, 1.0, lambda share: edit.lattice_with(weights=there(share)), 0.25)
+        share, verdict = tools.judge_motion(motion)
+        weights = there(share) if share < 1 else asked
         edit.weigh(weights)
-        return Feedback(f"w {weights[0]:.4g}", stroke.last.at)
+        return Feedback(f"w {weights[0]:.4g}", stroke.last.at, verdict=verdict)
 
     yield from stroke.run(update, _no_wheel)

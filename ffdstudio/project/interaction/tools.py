@@ -14,6 +14,7 @@ from psygnal import Signal
 
 from ffdstudio.aliases import Array
 from ffdstudio.project.checks.guarding import DragGuard, Verdict
+from ffdstudio.project.checks.motion_guard import Motion, MotionGuard
 from ffdstudio.project.document import Document
 from ffdstudio.project.edit import Edit
 from ffdstudio.project.interaction import gestures, selection
@@ -86,6 +87,7 @@ class Tools:
         self._latest: PointerEvent | None = None
         self._advancing = False
         self._warden: DragGuard | None = None
+        self._motions: MotionGuard | None = None
 
     @property
     def busy(self) -> bool:
@@ -135,6 +137,8 @@ class Tools:
     def guard_with(self, warden: DragGuard) -> None:
         """Ask a warden about every drag by a vector."""
         self._warden = warden
+        self._motions = MotionGuard(self.document, warden)
+        self.document.guard = self._motions
         warden.ready.connect(self._again)
 
     def judge(self, edit: Edit, vector: Array) -> Verdict:
@@ -142,6 +146,12 @@ class Tools:
         if self._warden is None:
             return Verdict(vector, vector)
         return self._warden.judge(edit.points, vector)
+
+    def judge_motion(self, motion: Motion) -> tuple[float, Verdict | None]:
+        """How far along its path a motion may go, and what is to be said of it."""
+        if self._motions is None:
+            return motion.asked, None
+        return self._motions.judge(motion)
 
     def _again(self) -> None:
         """Update the drag under way: a guard has arrived."""
