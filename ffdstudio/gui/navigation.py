@@ -86,14 +86,38 @@ def fitted(view: View, bounds: ArrayLike, aspect: float) -> View:
     return replace(view, focal=centre, distance=float(distance))
 
 
-def orbit(view: View, dx: float, dy: float) -> View:
-    """Turn about the focal point by a mouse move in pixels (y downwards)."""
+def orbit(view: View, dx: float, dy: float, pivot: ArrayLike | None = None) -> View:
+    """Turn by a mouse move in pixels (y downwards), as on a turntable: the horizon stays level.
+
+    About the vertical through the pivot, by default the focal point, and about the horizontal
+    in the picture; what is at the pivot stays where it is seen.
+
+    Examples
+    --------
+    >>> view = looking([0, -1, 0.0], [0, 0, 1.0])
+    >>> orbit(view, 90 / DEGREES_PER_PIXEL, 0).back.round(6) + 0.0
+    array([-1.,  0.,  0.])
+    """
     if view.flat:
         return view
-    about_up = _turn(view.up, -dx * DEGREES_PER_PIXEL)
-    about_right = _turn(view.right, -dy * DEGREES_PER_PIXEL)
-    turn = about_up @ about_right
-    return looking(turn @ view.back, turn @ view.up, view)
+    about = _turn(np.eye(3)[2], -dx * DEGREES_PER_PIXEL * (1.0 if view.up[2] >= -1e-9 else -1.0))
+    turn = about @ _turn(view.right, -dy * DEGREES_PER_PIXEL)
+    turned = looking(turn @ view.back, turn @ view.up, view)
+    if pivot is None:
+        return turned
+    centre = np.asarray(pivot, dtype=float)
+    return replace(turned, focal=centre + turn @ (view.focal - centre))
+
+
+def levelled(view: View) -> View:
+    """View whose right is horizontal: as on a turntable.
+
+    Straight from above or below the up vector is kept.
+    """
+    vertical = np.array([0.0, 0.0, 1.0])
+    if view.flat or abs(view.back[2]) > 1 - 1e-9:
+        return view
+    return looking(view.back, vertical if view.up[2] >= 0 else -vertical, view)
 
 
 def pan(view: View, dx: float, dy: float, height: float) -> View:
@@ -108,6 +132,29 @@ def zoom(view: View, steps: float, x: float = 0.0, y: float = 0.0, height: float
     scale = 2 * view.half_height / height * (1 - factor)
     focal = view.focal + scale * (x * view.right + y * view.up)
     return replace(view, focal=focal, distance=view.distance * factor)
+
+
+TRIAD, CORNER = 34.0, 58.0  # pixels: arms of the triad, and its place in the lower left corner
+
+
+def triad_ends(view: View, height: float) -> dict[str, tuple[float, float]]:
+    """Pixels of the six ends of the triad by side of `AXIS_VIEWS`; those in front come first.
+
+    Examples
+    --------
+    >>> view = looking([0, 0, 1.0], [0, 1.0, 0])
+    >>> {k: (round(x), round(y)) for k, (x, y) in triad_ends(view, 100).items()}["+x"]
+    (92, 42)
+    """
+    ends = {}
+    for axis, letter in enumerate("xyz"):
+        for sign, mark in ((1.0, "+"), (-1.0, "-")):
+            along = sign * np.eye(3)[axis]
+            place = CORNER + TRIAD * float(along @ view.right)
+            lift = height - CORNER - TRIAD * float(along @ view.up)
+            ends[mark + letter] = (float(along @ view.back), place, lift)
+    ordered = sorted(ends.items(), key=lambda pair: -pair[1][0])
+    return {name: (x, y) for name, (_, x, y) in ordered}
 
 
 def _unit(vector: Array) -> Array:

@@ -6,11 +6,14 @@ bool: a NumPy one raises inside Qt.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from PySide6.QtCore import QEvent, QObject, QPointF, Qt
 from PySide6.QtGui import QFocusEvent, QKeyEvent, QMouseEvent, QWheelEvent
 
-from ffdstudio.gui.navigation import orbit, pan, zoom
+from ffdstudio.aliases import Array
+from ffdstudio.gui.navigation import AXIS_VIEWS, levelled, looking, orbit, pan, triad_ends, zoom
 from ffdstudio.gui.state import WindowState
 from ffdstudio.gui.viewport import Viewport
 from ffdstudio.project.interaction import numeric_edits as typed
@@ -38,6 +41,7 @@ KEYS = {
     Qt.Key.Key_Control: "Control",
 }
 MODIFIERS = (Qt.Key.Key_Shift, Qt.Key.Key_Control)
+TRIAD_GRAB = 9.0  # pixels around an end of the triad
 ZOOM_PIXELS = 30.0  # right button: pixels for one step of the wheel
 
 
@@ -48,6 +52,7 @@ class PointerFilter(QObject):
         super().__init__(viewport)
         self._viewport, self._tools, self._state = viewport, tools, state
         self._moving: str = ""  # what a drag beside the points does to the camera
+        self._pivot: Array | None = None
         self._begin = self._last = QPointF()
         viewport.installEventFilter(self)
         state.mode_changed.connect(self._set_cursor)
@@ -90,6 +95,8 @@ class PointerFilter(QObject):
 
     def _press(self, event: QMouseEvent) -> None:
         self._begin = self._last = event.position()
+        if self._turn_to_axis(event):
+            return
         if self._tools.handle(self._pointer("press", event)):
             self._state.hover(None)
             return
@@ -100,7 +107,28 @@ class PointerFilter(QObject):
         elif event.button() == Qt.MouseButton.MiddleButton or shift or self._viewport.view.flat:
             self._moving = "pan"
         else:
-            self._moving = "orbit"
+            self._begin_orbit(event.position())
+
+    def _begin_orbit(self, place: QPointF) -> None:
+        """Turn about what is under the cursor, else about the middle of the picture."""
+        viewport = self._viewport
+        self._moving = "orbit"
+        camera = viewport.camera_now()
+        self._pivot = self._tools.occluders.under(camera, place.x(), place.y())
+        viewport.view = levelled(viewport.view)
+        self._state.navigate(True)
+
+    def _turn_to_axis(self, event: QMouseEvent) -> bool:
+        """A click on an end of the triad: look from there, in parallel projection."""
+        view, place = self._viewport.view, event.position()
+        if event.button() != Qt.MouseButton.LeftButton or view.flat or self._tools.busy:
+            return False
+        for name, (x, y) in triad_ends(view, self._viewport.height()).items():
+            if np.hypot(place.x() - x, place.y() - y) <= TRIAD_GRAB:
+                side = looking(*AXIS_VIEWS[name], view)
+                self._viewport.view = replace(side, parallel=True)
+                return True
+        return False
 
     def _move(self, event: QMouseEvent) -> None:
         if self._moving:
@@ -119,6 +147,7 @@ class PointerFilter(QObject):
             if still and plain:
                 self._tools.document.select(())
             self._moving = ""
+            self._state.navigate(False)
         else:
             self._tools.handle(self._pointer("release", event))
 
@@ -127,7 +156,7 @@ class PointerFilter(QObject):
         self._last = place
         view, height = self._viewport.view, self._viewport.height()
         if self._moving == "orbit":
-            self._viewport.view = orbit(view, dx, dy)
+            self._viewport.view = orbit(view, dx, dy, self._pivot)
         elif self._moving == "pan":
             self._viewport.view = pan(view, dx, dy, height)
         else:

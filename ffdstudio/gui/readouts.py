@@ -7,6 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from ffdstudio.engine import Lattice
+from ffdstudio.gui.navigation import CORNER, triad_ends
 from ffdstudio.gui.overlay import Band, Line, Ring, Shape, Text
 from ffdstudio.gui.state import WindowState
 from ffdstudio.gui.subscriptions import Listening
@@ -17,7 +18,6 @@ from ffdstudio.project.model import LatticeItem
 from ffdstudio.project.plane_constraints import names_at, planes_in
 from ffdstudio.project.view.camera import Camera
 
-TRIAD, CORNER = 34.0, 58.0  # pixels: its arms, and its place, with room for letters all around
 XYZ = ("axis_i", "axis_j", "axis_k")
 
 
@@ -91,16 +91,19 @@ class Readouts:
         yield Text((x + 9, y - 9), (f"w {weight:.3g}",), "weighted", bold=True)
 
     def _triad(self, camera: Camera) -> Iterator[Shape]:
-        view = self._viewport.view
-        origin = np.array([CORNER, self._viewport.height() - CORNER])
-        ends = np.eye(3) @ np.array([view.right, -view.up]).T * TRIAD
-        for axis in np.argsort(np.eye(3) @ view.back):  # those that point away come first
-            end = origin + ends[axis]
-            if np.linalg.norm(ends[axis]) < 4:
+        """Axes in the corner; a click on an end looks from there."""
+        view, height = self._viewport.view, float(self._viewport.height())
+        middle = (CORNER, height - CORNER)
+        for name, end in reversed(triad_ends(view, height).items()):  # the nearest come last
+            axis = "xyz".index(name[1])
+            if np.hypot(end[0] - middle[0], end[1] - middle[1]) < 4:
                 continue
-            yield Line(tuple(origin), tuple(end), XYZ[axis], 2.0)
-            place = origin + ends[axis] * 1.3
-            yield Text((place[0] - 4, place[1] - 9), ("XYZ"[axis],), XYZ[axis])
+            if name[0] == "-":
+                yield Ring(end, 3.0, XYZ[axis], 1.2)
+                continue
+            yield Line(middle, end, XYZ[axis], 2.0)
+            out = [1.3 * e - 0.3 * m for e, m in zip(end, middle, strict=True)]
+            yield Text((out[0] - 4, out[1] - 9), (name[1].upper(),), XYZ[axis])
 
     # ---- what belongs to the cursor ---------------------------------------------------------
 

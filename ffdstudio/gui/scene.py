@@ -32,6 +32,7 @@ from ffdstudio.project.document import Document
 from ffdstudio.project.model import LatticeItem
 
 PREVIEW = "preview"
+MANY_FACES = 800_000  # of a surface: more are turned as a proxy
 CUED = 50_000  # points of a net that fade with the distance
 
 
@@ -53,6 +54,7 @@ class Scene:
             (document.selection_changed, self._on_marks_changed),
             (state.hovered_changed, self._on_marks_changed),
             (state.shown_changed, self._on_shown_changed),
+            (state.navigating_changed, self._on_navigating),
             (state.preview_changed, self._on_preview_changed),
         )
         viewport.about_to_paint.connect(self._follow)
@@ -83,6 +85,14 @@ class Scene:
             self._first_look()
         self._dress()
         self._place()
+
+    def _on_navigating(self) -> None:
+        """Large surfaces are turned as their proxies, which have to be where those are."""
+        for body in self.document.model.bodies:
+            actor = self.bodies[body.key]
+            if self.state.navigating and actor.proxy is not None and self.document.editing is None:
+                actor.place_proxy(self.document.proxy_points(body.key), self.viewport.origin)
+        self._show()
 
     def _on_moving(self) -> None:
         self.viewport.update()
@@ -187,9 +197,11 @@ class Scene:
 
     def _reveal(self) -> None:
         model, shown = self.document.model, self.state.shown
-        coarse = self.document.editing is not None
+        editing = self.document.editing is not None
         for body in model.bodies:
-            self.bodies[body.key].show(body.visible, coarse)
+            actor = self.bodies[body.key]
+            turning = self.state.navigating and len(actor.surface.offsets) > MANY_FACES
+            actor.show(body.visible, editing or turning)
         seen = [self.bodies[body.key] for body in model.bodies if body.visible]
         self.ghost.show(seen if shown.ghost else (), self.theme, self.viewport.origin)
         building = self.state.preview is not None
@@ -250,6 +262,24 @@ class Scene:
             return np.array([[-1.0] * 3, [1.0] * 3])
         points = np.concatenate(clouds)
         return np.array([points.min(axis=0), points.max(axis=0)])
+
+    def shape_bounds(self) -> Array:
+        """(2, 3) box of the shapes that the user came for, without the far field, and the nets."""
+        found = interesting(self.document)
+        clouds = [] if found is None else [found]
+        if self.state.shown.net:
+            nets = [item.current for item in self.document.model.lattices if item.visible]
+            clouds += [net.control_points.reshape(-1, 3) for net in nets]
+        if not clouds:
+            return self.bounds()
+        points = np.concatenate(clouds)
+        return np.array([points.min(axis=0), points.max(axis=0)])
+
+    def go_home(self) -> None:
+        """Look as at the beginning: from the side and distance of the first picture."""
+        self.viewport.view = replace(self.viewport.view, parallel=False)
+        self._first_look()
+        self._place()
 
     def _frame(self) -> None:
         self.viewport.set_scene(self.bounds())

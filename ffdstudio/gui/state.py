@@ -46,6 +46,7 @@ class WindowState:
     hovered_changed = Signal()
     mode_changed = Signal()
     theme_changed = Signal()
+    navigating_changed = Signal()
 
     def __init__(self) -> None:
         self.shown = ShownOptions()
@@ -54,6 +55,7 @@ class WindowState:
         self.preview_open: tuple[tuple[int, int], ...] = ()
         self.hovered: tuple[int, ...] | None = None
         self.mode = "move"
+        self.navigating = False
         self.soft = False
         self.mirror = -1
 
@@ -79,6 +81,12 @@ class WindowState:
         if point != self.hovered:
             self.hovered = point
             self.hovered_changed.emit()
+
+    def navigate(self, on: bool) -> None:
+        """Whether the viewer is turning the picture: what is large is drawn coarsely then."""
+        if on != self.navigating:
+            self.navigating = on
+            self.navigating_changed.emit()
 
     def set_mode(self, mode: str) -> None:
         """What a drag does: "move", "box", "rotate" or "scale"."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from ffdstudio.gui.navigation import AXIS_VIEWS, fitted, looking, orbit, pan, zoom
+from ffdstudio.gui.navigation import AXIS_VIEWS, fitted, levelled, looking, orbit, pan, zoom
 
 HEIGHT = 600.0
 ASPECT = 1.5
@@ -70,3 +70,32 @@ def test_coming_closer_keeps_what_is_under_the_cursor(view):
     closer = zoom(view, 3, x, y, HEIGHT)
     assert pixel(closer, under) == pytest.approx([x, y])
     assert closer.distance < view.distance
+
+
+def test_what_is_at_the_pivot_stays_where_it_is_seen(view):
+    pivot = np.array([2.0, 0.5, 1.0])
+    start = pixel(view, pivot)
+    for dx, dy in np.random.default_rng(2).normal(0, 40, (20, 2)):
+        view = orbit(view, dx, dy, pivot)
+        assert pixel(view, pivot) == pytest.approx(start, abs=1e-6)
+        assert orthonormal(view)
+
+
+def test_a_turntable_keeps_the_horizon_level_and_a_rolled_view_is_levelled(view):
+    for dx, dy in np.random.default_rng(3).normal(0, 30, (20, 2)):
+        view = orbit(view, dx, dy)
+        assert abs(view.right[2]) < 1e-9
+    rolled = looking(view.back, view.up + 0.5 * view.right, view)
+    assert abs(rolled.right[2]) > 0.1
+    assert abs(levelled(rolled).right[2]) < 1e-12
+    assert np.allclose(levelled(rolled).back, view.back)
+
+
+def test_the_ends_of_the_triad_are_those_of_the_axes(view):
+    from ffdstudio.gui.navigation import CORNER, triad_ends
+
+    middle = np.array([CORNER, HEIGHT - CORNER])
+    for name, end in triad_ends(view, HEIGHT).items():
+        along = np.eye(3)["xyz".index(name[1])] * (1 if name[0] == "+" else -1)
+        way = (np.array(end) - middle) * [1, -1]
+        assert np.allclose(way / 34.0, [along @ view.right, along @ view.up])

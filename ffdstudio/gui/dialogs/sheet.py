@@ -18,7 +18,8 @@ MOUSE: tuple[tuple[str, str], ...] = (
     ("Esc or right button during a drag", "put everything back"),
     ("Drag the weight handle of a selected point", "change its weight; double click: back to 1"),
     ("Arrow keys", "nudge the selected points along an axis; Shift: ten times finer"),
-    ("Drag beside the points, or Alt+drag", "turn the view (shift it over a 2D mesh)"),
+    ("Drag beside the points, or Alt+drag", "turn about what is under the cursor (2D: shift)"),
+    ("Click an end of the axes in the corner", "look from there, in parallel projection"),
     ("Middle button, or Shift+drag beside the points", "shift the view"),
     ("Wheel, or right button up and down", "come closer or go away"),
 )

@@ -12,7 +12,7 @@ from ffdstudio.gui.action_table import ROWS
 from ffdstudio.gui.actions import Actions
 from ffdstudio.gui.dialogs.palette import Offer, Palette
 from ffdstudio.gui.dialogs.sheet import ShortcutSheet
-from ffdstudio.gui.navigation import AXIS_VIEWS, looking
+from ffdstudio.gui.navigation import AXIS_VIEWS, View, looking
 from ffdstudio.gui.scene import Scene
 from ffdstudio.gui.sections import middle
 from ffdstudio.gui.studio import Studio
@@ -34,11 +34,35 @@ class ViewHandler:
     ) -> None:
         self._studio, self._scene = studio, scene
         self._set_theme, self.reset_layout = set_theme, reset
+        self._kept: list[View] = []
+        self._recalled = -1
         self.chosen_body: Callable[[], Body | None] = lambda: None
 
     def fit(self) -> None:
-        """Show everything."""
+        """Show the shape, without the far field around it, and its lattices."""
+        self._scene.viewport.fit(self._scene.shape_bounds())
+
+    def fit_all(self) -> None:
+        """Show everything, the far field as well."""
         self._scene.viewport.fit()
+
+    def home(self) -> None:
+        """Back to the first picture."""
+        self._scene.go_home()
+
+    def keep(self) -> None:
+        """Remember where the viewer stands."""
+        self._kept.append(self._scene.viewport.view)
+        self._studio.say(f"View {len(self._kept)} is kept")
+
+    def recall(self) -> None:
+        """Go to the next view that was kept."""
+        if not self._kept:
+            self._studio.say("No view has been kept")
+            return
+        self._recalled = (self._recalled + 1) % len(self._kept)
+        self._scene.viewport.view = self._kept[self._recalled]
+        self._studio.say(f"View {self._recalled + 1} of {len(self._kept)}")
 
     def fit_selected(self) -> None:
         """Come close to the selected points, with some room around."""
@@ -52,9 +76,13 @@ class ViewHandler:
         self._scene.viewport.fit(bounds)
 
     def side(self, name: str) -> None:
-        """Look at the same place from a side of `AXIS_VIEWS`, from as far away."""
+        """Look at the same place from a side of `AXIS_VIEWS`, from as far away.
+
+        Along an axis the projection is parallel: a side view is for comparing lengths.
+        """
         viewport, bodies = self._scene.viewport, self._studio.document.model.bodies
         view = looking(*AXIS_VIEWS[name], viewport.view)
+        view = replace(view, parallel=view.flat or name != "corner")
         slabs = [slab for body in bodies if (slab := slab_of(body.mesh)) is not None]
         if slabs:  # a section with depth may be looked at from any side, and turned then
             view = replace(view, flat=bool(abs(view.back @ slabs[0].normal) > 1 - 1e-9))

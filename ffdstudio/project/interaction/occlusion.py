@@ -44,6 +44,13 @@ class Occluders:
             out[row] = any(_covers(each, place, float(far)) for each in corners)
         return out
 
+    def under(self, camera: Camera, x: float, y: float) -> Array | None:
+        """(3,) point of the nearest drawn surface under a pixel; None if there is none."""
+        place = np.array([x, y])
+        found = [_depth(each, place) for each in self._projected(camera)]
+        depth = min(found, default=np.inf)
+        return camera.at_depth(x, y, depth) if np.isfinite(depth) else None
+
     def _projected(self, camera: Camera) -> list[Array]:
         """(t, 3, 3) corners of the triangles of each body in pixels and depth."""
         document = self._document
@@ -81,20 +88,22 @@ def _triangles(surface: DisplaySurface, body: Body) -> Indices:
 
 def _covers(corners: Array, place: Array, depth: float) -> bool:
     """Whether one of the triangles (t, 3, 3) covers a pixel, nearer than a depth."""
+    return bool(_depth(corners[corners[:, :, 2].min(axis=1) < depth], place) < depth - SLACK)
+
+
+def _depth(corners: Array, place: Array) -> float:
+    """Depth of the nearest of the triangles (t, 3, 3) that cover a pixel; else infinity."""
     flat = corners[:, :, :2]
     near = (flat.min(axis=1) <= place).all(axis=1) & (flat.max(axis=1) >= place).all(axis=1)
-    some = corners[near & (corners[:, :, 2].min(axis=1) < depth)]
-    if not len(some):
-        return False
-    a, b, c = some[:, 0], some[:, 1], some[:, 2]
+    a, b, c = np.moveaxis(corners[near], 1, 0)
     area = _cross(b - a, c - a)
     proper = area != 0
     a, b, c, area = a[proper], b[proper], c[proper], area[proper]
     v = _cross(place - a[:, :2], c - a) / area
     w = _cross(b - a, place - a[:, :2]) / area
     at = a[:, 2] + v * (b - a)[:, 2] + w * (c - a)[:, 2]
-    inside = (v >= 0) & (w >= 0) & (v + w <= 1)
-    return bool((inside & (at < depth - SLACK)).any())
+    inside = (v >= 0) & (w >= 0) & (v + w <= 1) & (np.abs(at) <= 1)
+    return float(at[inside].min(initial=np.inf))
 
 
 def _cross(one: Array, other: Array) -> Array:

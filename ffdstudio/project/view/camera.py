@@ -86,6 +86,16 @@ class Camera:
         result: Array = point[:3] / point[3]
         return result
 
+    def at_depth(self, x: float, y: float, depth: float) -> Array:
+        """(3,) world point at a pixel and a depth as `project_with_depth` has it.
+
+        Examples
+        --------
+        >>> Camera(np.eye(4), 200, 100).at_depth(150, 25, 0.25)
+        array([0.5 , 0.5 , 0.25])
+        """
+        return self._unproject(x, y, depth)
+
     @property
     def forward(self) -> Array:
         """(3,) direction in which the camera looks: the normal of the picture."""
