@@ -20,6 +20,7 @@ from ffdstudio.project.interaction import numeric_edits as typed
 from ffdstudio.project.interaction.events import PointerEvent
 from ffdstudio.project.interaction.feedback import weight_handle
 from ffdstudio.project.interaction.tools import RADIUS, STILL, Tools
+from ffdstudio.project.interaction.typed_numbers import is_typing
 
 BUTTONS = {
     Qt.MouseButton.LeftButton: "left",
@@ -69,6 +70,9 @@ class PointerFilter(QObject):
             return self._mouse(kind, event)
         if isinstance(event, QWheelEvent):
             self._wheel(event)
+            return True
+        if kind == QEvent.Type.ShortcutOverride and self._tools.busy:
+            event.accept()  # digits are for the drag now, not for actions
             return True
         if isinstance(event, QKeyEvent) and kind in (QEvent.Type.KeyPress, QEvent.Type.KeyRelease):
             return self._key(kind, event)
@@ -204,6 +208,10 @@ class PointerFilter(QObject):
     def _key(self, kind: QEvent.Type, event: QKeyEvent) -> bool:
         """Tell the tools; Tab goes on to Qt, so that the keyboard can leave the picture."""
         key = Qt.Key(event.key())
+        number = {Qt.Key.Key_Tab: "Tab", Qt.Key.Key_Backspace: "Backspace"}.get(key, event.text())
+        if self._tools.busy and kind == QEvent.Type.KeyPress and is_typing(number):
+            self._tools.handle(self._named(number))
+            return True
         if key in (Qt.Key.Key_Tab, Qt.Key.Key_Backtab):
             return False
         if key in KEYS and (kind == QEvent.Type.KeyPress or key in MODIFIERS):
@@ -223,16 +231,12 @@ class PointerFilter(QObject):
             shift = down
         if key == Qt.Key.Key_Control:
             ctrl = down
+        return self._named(KEYS[key], shift, ctrl)
+
+    def _named(self, name: str, shift: bool = False, ctrl: bool = False) -> PointerEvent:
         at = self._viewport.mapFromGlobal(self._viewport.cursor().pos())
-        return PointerEvent(
-            "key",
-            self._viewport.camera_now(),
-            at.x(),
-            at.y(),
-            shift=shift,
-            ctrl=ctrl,
-            key=KEYS[key],
-        )
+        camera = self._viewport.camera_now()
+        return PointerEvent("key", camera, at.x(), at.y(), shift=shift, ctrl=ctrl, key=name)
 
     def _escape(self) -> None:
         """Nothing under way: back to moving, then to nothing selected."""

@@ -4,7 +4,8 @@
    entry in the history. `Tools` drives them.
 2. Release, Return and loss of focus commit; Esc, the right button and ``cancel`` abort.
 3. X, Y, Z lock to an axis, with Shift to the plane of the two others; the same again frees.
-   What is flat stays in its plane: a lock that leads out of it is none.
+   What is flat stays in its plane: a lock that leads out of it is none. Numbers that are typed
+   take the place of the mouse (`typed_numbers`).
 4. If somebody else ends the edit (an action, undo), the gesture is over.
 """
 
@@ -25,6 +26,7 @@ from ffdstudio.project.interaction.feedback import OCTAVE, Feedback, vector_text
 from ffdstudio.project.interaction.flatness import within
 from ffdstudio.project.interaction.spread import Soft
 from ffdstudio.project.interaction.transforms import rotation, scaling
+from ffdstudio.project.interaction.typed_numbers import Typed, is_typing
 
 if TYPE_CHECKING:
     from ffdstudio.project.interaction.tools import Tools
@@ -58,6 +60,8 @@ class Stroke:
     press: PointerEvent
     last: PointerEvent
     lock: Lock | None = None
+    typed: Typed | None = None
+    fields: int = 1  # numbers that can be typed
 
     def run(self, update: Callable[[], Feedback], wheel: Callable[[float], None]) -> Gesture:
         """Update after each event until the gesture ends."""
@@ -79,8 +83,13 @@ class Stroke:
             raise
 
     def take(self, event: PointerEvent) -> None:
-        """Take note of where the cursor is, of modifiers and of keys that lock."""
-        if event.kind == "key" and event.key in ("X", "Y", "Z"):
+        """Take note of where the cursor is, of modifiers, of keys that lock, and of numbers."""
+        if event.kind == "key" and is_typing(event.key):
+            if self.typed is not None or event.key not in ("Tab", "Backspace"):
+                before = self.typed or Typed.fields(self.fields)
+                typed = before.took(event.key)
+                self.typed = None if typed.empty else typed
+        elif event.kind == "key" and event.key in ("X", "Y", "Z"):
             number, plane = "XYZ".index(event.key), self.tools.plane
             wanted = within(Lock.without(number) if event.shift else Lock.axis(number), plane)
             if wanted is not None:
@@ -111,7 +120,7 @@ def _no_wheel(steps: float) -> None:
 def move(tools: Tools, press: PointerEvent, event: PointerEvent, anchor: Array) -> Gesture:
     """Drag the selected points, and what goes with them, by the one at `anchor`."""
     spread, edit = tools.begin()
-    stroke = Stroke(tools, edit, press, event, tools.plane)
+    stroke = Stroke(tools, edit, press, event, tools.plane, fields=3)
     soft = tools.options.soft
 
     def update() -> Feedback:
@@ -119,6 +128,8 @@ def move(tools: Tools, press: PointerEvent, event: PointerEvent, anchor: Array) 
         step = snap_step(press.camera, anchor) if last.ctrl else 0.0
         way = (anchor, press.at, last.at, stroke.lock, last.shift, step)
         vector = displacement(press.camera, *way)
+        if stroke.typed is not None:
+            vector = _typed_vector(stroke.typed, stroke.lock)
         same = edit.along(vector) if spread.plain else None
         verdict = None if same is None else tools.judge(edit, same)
         if verdict is not None:
@@ -137,6 +148,8 @@ def move(tools: Tools, press: PointerEvent, event: PointerEvent, anchor: Array) 
             edit.place(there(share))
         radius = 0.0 if soft is None else soft.radius
         text = vector_text(vector, stroke.lock)
+        if stroke.typed is not None:
+            text = f"{stroke.typed.text(('x', 'y', 'z'))}   {text}"
         return Feedback(text, last.at, None, anchor, stroke.lock, radius, verdict)
 
     def wheel(steps: float) -> None:
@@ -163,6 +176,8 @@ def turn(tools: Tools, press: PointerEvent, event: PointerEvent, pivot: Array) -
             angle *= 0.1
         if stroke.last.ctrl:
             angle = round(angle / ANGLE_STEP) * ANGLE_STEP
+        if stroke.typed is not None:
+            angle = stroke.typed.values[0]
         key = ("turn", *axis.tolist())
         return Path(key, angle, lambda a: (rotation(axis, a, pivot), f"{a:.4g}°"), TURN_STEP)
 
@@ -178,6 +193,8 @@ def scale(tools: Tools, press: PointerEvent, event: PointerEvent, pivot: Array) 
             factor = 1 + 0.1 * (factor - 1)
         if stroke.last.ctrl:
             factor = round(factor / SCALE_STEP) * SCALE_STEP
+        if stroke.typed is not None:
+            factor = stroke.typed.values[0]
         chosen = np.ones(3)
         if stroke.lock is not None:
             along = np.abs(stroke.lock.direction) > 0.5
@@ -213,6 +230,8 @@ def _transformed(
         place, verdict = tools.judge_motion(motion)
         edit.place(there(place))
         text = path.at(place)[1]
+        if stroke.typed is not None:
+            text = f"{stroke.typed.text(('',))}   {text}"
         return Feedback(text, stroke.last.at, None, pivot, stroke.lock, verdict=verdict)
 
     yield from stroke.run(update, _no_wheel)
@@ -234,6 +253,17 @@ def _ratio(press: PointerEvent, last: PointerEvent, pivot: Array) -> float:
     return float(np.linalg.norm(now)) / max(float(np.linalg.norm(begin)), 1.0)
 
 
+def _typed_vector(typed: Typed, lock: Lock | None) -> Array:
+    """Displacement that is typed: along the axis that is locked, else by coordinates."""
+    if lock is not None and not lock.plane:
+        return typed.values[0] * np.array(lock.direction)
+    vector = np.array(typed.values)
+    if lock is not None:  # what is flat stays in its plane
+        normal = np.array(lock.direction)
+        vector = vector - (vector @ normal) * normal
+    return vector
+
+
 # ---- weights ----------------------------------------------------------------------------
 
 
@@ -247,6 +277,8 @@ def weigh(tools: Tools, press: PointerEvent, event: PointerEvent) -> Gesture:
         weights = edit.weights * 2.0 ** (up / OCTAVE)
         if stroke.last.ctrl:
             weights = np.maximum(np.round(weights / WEIGHT_STEP), 1) * WEIGHT_STEP
+        if stroke.typed is not None:
+            weights = np.full(len(weights), stroke.typed.values[0])
         asked = np.clip(weights, LIGHTEST, HEAVIEST)
 
         def there(share: float) -> Array:
