@@ -62,6 +62,7 @@ class Readouts:
             net = item.current
         overlay.put("labels", self._labels(camera, net) if net is not None else ())
         overlay.put("handle", self._handle(camera, item) if drawn and item else ())
+        overlay.put("soft", self._reach(camera) if drawn and item else ())
         if self._tools.busy:
             self._on_feedback()
 
@@ -89,6 +90,16 @@ class Readouts:
         yield Line((foot[0], foot[1] - 7), (x, y + 5), "weighted", 1.5)
         yield Ring((x, y), 5.0, "weighted", filled=True)
         yield Text((x + 9, y - 9), (f"w {weight:.3g}",), "weighted", bold=True)
+
+    def _reach(self, camera: Camera) -> Iterator[Shape]:
+        """Circle of soft selection about the selected points."""
+        soft = self._tools.options.soft
+        if soft is None or not self._tools.document.selection or self._tools.busy:
+            return
+        centre = self._tools.pivot()
+        x, y = camera.project(centre)[0]
+        if np.isfinite([x, y]).all():
+            yield Ring((x, y), soft.radius / camera.pixel_size(centre), "muted", 1.2)
 
     def _triad(self, camera: Camera) -> Iterator[Shape]:
         """Axes in the corner; a click on an end looks from there."""

@@ -58,6 +58,10 @@ class WindowState:
         self.navigating = False
         self.soft = False
         self.mirror = -1
+        self.radius: float | None = None  # of soft selection; None: a part of the lattice
+        self.profile = "smooth"
+        self.mirror_at = 0.0
+        self.pivot = "centroid"
 
     def show(self, **changes: Any) -> None:
         """Change what is drawn; the names are the fields of `Shown`."""
@@ -94,8 +98,20 @@ class WindowState:
             self.mode = mode
             self.mode_changed.emit()
 
-    def spread(self, soft: bool | None = None, mirror: int | None = None) -> None:
+    def spread(
+        self,
+        soft: bool | None = None,
+        mirror: int | None = None,
+        radius: float | None = None,
+        profile: str | None = None,
+        mirror_at: float | None = None,
+        pivot: str | None = None,
+    ) -> None:
         """Let near points, or those opposite the plane of an axis (-1 for none), follow."""
         self.soft = self.soft if soft is None else soft
         self.mirror = self.mirror if mirror is None else mirror
+        self.radius = self.radius if radius is None else radius
+        self.profile = self.profile if profile is None else profile
+        self.mirror_at = self.mirror_at if mirror_at is None else mirror_at
+        self.pivot = self.pivot if pivot is None else pivot
         self.mode_changed.emit()

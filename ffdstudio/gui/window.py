@@ -42,6 +42,7 @@ from ffdstudio.gui.scene import Scene
 from ffdstudio.gui.sectionbar import SectionBar
 from ffdstudio.gui.sections import SectionPlanes
 from ffdstudio.gui.settings import LAYOUT_VERSION, Settings
+from ffdstudio.gui.shapingbar import ShapingBar
 from ffdstudio.gui.start import StartPage
 from ffdstudio.gui.state import WindowState
 from ffdstudio.gui.status import StatusLine
@@ -62,6 +63,7 @@ Panel = (
     | PointsPanel
     | StatusLine
     | SectionBar
+    | ShapingBar
     | QualityPanel
 )
 LEFT, RIGHT = Qt.DockWidgetArea.LeftDockWidgetArea, Qt.DockWidgetArea.RightDockWidgetArea
@@ -129,6 +131,7 @@ class MainWindow(QMainWindow):
         self.problems = ProblemsPanel(studio)
         self.status = StatusLine(studio)
         self.section_bar = SectionBar(studio)
+        self.shaping_bar = ShapingBar(studio, self.tools, self.quality.warden)
         self.setStatusBar(self.status)
         self.docks = {
             title: self._dock(title, panel, area)
@@ -167,6 +170,7 @@ class MainWindow(QMainWindow):
             self.points,
             self.status,
             self.section_bar,
+            self.shaping_bar,
             self.quality.panel,
         ]
 
@@ -176,6 +180,7 @@ class MainWindow(QMainWindow):
         self.field_keys = FieldKeys(self._app, self.actions_.shortcuts)
         self.focus_ring = FocusRing(self._app, self, self.viewport)
         self.addToolBar(self.section_bar)
+        self.addToolBar(Qt.ToolBarArea.BottomToolBarArea, self.shaping_bar)
         self._file_menus()
         panel_menu = self.actions_.menus["&View"].addMenu("Pa&nels")
         for dock in self.docks.values():
@@ -364,11 +369,13 @@ class MainWindow(QMainWindow):
 
     def _on_mode(self) -> None:
         state, item = self.studio.state, self.document.model.active_lattice
-        soft = self.tools.options.soft if state.soft else None
-        if state.soft and soft is None and item is not None:
-            soft = Soft(SOFT_RADIUS * item.rest.diagonal)
-        mirror = Mirror(state.mirror) if state.mirror >= 0 else None
-        self.tools.options = Options(state.mode, soft, mirror)
+        soft = None
+        if state.soft and item is not None:
+            radius = SOFT_RADIUS * item.rest.diagonal if state.radius is None else state.radius
+            soft = Soft(radius, state.profile)
+        mirror = Mirror(state.mirror, state.mirror_at) if state.mirror >= 0 else None
+        self.tools.options = Options(state.mode, soft, mirror, state.pivot)
+        self.shaping_bar.fill()
         mode = "select.box_mode" if state.mode == "box" else f"edit.{state.mode}_mode"
         for name in (mode, f"edit.mirror_{MIRRORS[state.mirror + 1]}"):
             self.actions_.check(name, True)
@@ -418,11 +425,13 @@ class MainWindow(QMainWindow):
             self.restoreGeometry(layout[0])
             self.restoreState(layout[1], LAYOUT_VERSION)
             self.section_bar.fill()
+            self.shaping_bar.fill()
 
     def _reset_layout(self) -> None:
         assert self._first_state is not None
         self.restoreState(self._first_state, LAYOUT_VERSION)
         self.section_bar.fill()
+        self.shaping_bar.fill()
 
     # ---- Qt ---------------------------------------------------------------------------------
 

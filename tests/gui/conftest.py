@@ -235,7 +235,8 @@ def emptied(window: Any) -> None:
         window.lattice.builder.stop()
     state = window.studio.state
     state.set_mode("move")
-    state.spread(soft=False, mirror=-1)
+    state.spread(soft=False, mirror=-1, profile="smooth", mirror_at=0.0, pivot="centroid")
+    state.radius = None
     state.hover(None)
     window.document.clear()
     state.show(**vars(ShownOptions()))

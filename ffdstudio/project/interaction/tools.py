@@ -279,10 +279,10 @@ class Tools:
                     self.document.select(selection.click(before, point))
                 return
             event = yield
-        if point in self.document.selection and self._movable():
-            yield from self._dragged(press, event, point)
-        elif self._item is not None and self._item.frozen_mask[point]:
+        if self._item is not None and self._item.frozen_mask[point]:
             yield from self._stuck(event)
+        elif point in self.document.selection and self._movable():
+            yield from self._dragged(press, event, point)
 
     def _stuck(self, event: PointerEvent) -> gestures.Gesture:
         """Say at the cursor why nothing moves, until the button is let go."""
