@@ -57,6 +57,7 @@ ROWS: tuple[ActionRow, ...] = (
     ActionRow("edit.move_mode", "&Move points", EDIT, "Drag control points: X, Y, Z lock an axis; with Shift, a plane", ("M",), "cursor-move", "lattice", toolbar=True, check=True, group="mode", line_before=True),
     ActionRow("edit.rotate_mode", "Ro&tate points", EDIT, "Drag turns the selected points about their centre", ("R",), "rotate-3d-variant", "lattice", toolbar=True, check=True, group="mode"),
     ActionRow("edit.scale_mode", "&Scale points", EDIT, "Drag scales the selected points about their centre", ("S",), "arrow-expand-all", "lattice", toolbar=True, check=True, group="mode"),
+    ActionRow("edit.skin_mode", "Drag the s&kin", EDIT, "Drag a point of the mesh; the lattice follows by the smallest move, selected control points are held", ("P",), "gesture-tap-hold", "lattice", toolbar=True, check=True, group="mode"),
     ActionRow("edit.soft", "S&oft selection", EDIT, "Points near the selected ones follow; the wheel changes the radius during a drag", ("O",), "blur", "lattice", check=True),
     ActionRow("edit.mirror_off", "&Off", EDIT, "Move the selected points only", (), "", "lattice", check=True, group="mirror", submenu="S&ymmetry"),
     ActionRow("edit.mirror_x", "About x = 0", EDIT, "Points opposite the plane x = 0 follow as a mirror image", (), "", "lattice", check=True, group="mirror", submenu="S&ymmetry"),

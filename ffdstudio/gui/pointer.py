@@ -247,7 +247,7 @@ class PointerFilter(QObject):
 
     def _set_cursor(self) -> None:
         shape = Qt.CursorShape.ArrowCursor
-        if self._state.mode == "box":
+        if self._state.mode in ("box", "skin"):
             shape = Qt.CursorShape.CrossCursor
         elif self._state.hovered is not None:
             shape = Qt.CursorShape.PointingHandCursor

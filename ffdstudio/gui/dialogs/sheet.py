@@ -13,6 +13,7 @@ MOUSE: tuple[tuple[str, str], ...] = (
     ("Click a control point", "select it; Shift adds or takes away"),
     ("Drag a control point", "move the selected points in the plane of the picture"),
     ("X, Y, Z during a drag", "lock an axis; Shift+X, Y, Z: lock the plane across it"),
+    ("P, then drag the mesh itself", "the lattice is solved for; selected points are held"),
     ("Digits during a drag", "type it: Tab next axis, = for an expression, Return takes it"),
     ("Shift during a drag", "ten times slower"),
     ("Ctrl during a drag", "snap to round steps"),

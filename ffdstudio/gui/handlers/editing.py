@@ -41,6 +41,10 @@ class EditHandler:
         """A drag scales."""
         self._studio.state.set_mode("scale")
 
+    def skin_mode(self) -> None:
+        """A drag takes a point of the mesh along."""
+        self._studio.state.set_mode("skin")
+
     def soft(self, on: bool) -> None:
         """Near points follow, or not."""
         self._studio.state.spread(soft=on)

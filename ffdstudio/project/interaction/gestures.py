@@ -24,6 +24,7 @@ from ffdstudio.project.interaction.dragging import Lock, displacement, snap_step
 from ffdstudio.project.interaction.events import PointerEvent
 from ffdstudio.project.interaction.feedback import OCTAVE, Feedback, vector_text
 from ffdstudio.project.interaction.flatness import within
+from ffdstudio.project.interaction.skin import SkinPoint, handle_of
 from ffdstudio.project.interaction.spread import Soft
 from ffdstudio.project.interaction.transforms import rotation, scaling
 from ffdstudio.project.interaction.typed_numbers import Typed, is_typing
@@ -160,6 +161,38 @@ def move(tools: Tools, press: PointerEvent, event: PointerEvent, anchor: Array) 
             spread = tools.spread(edit.item)
 
     yield from stroke.run(update, wheel)
+
+
+def pull(tools: Tools, press: PointerEvent, event: PointerEvent, skin: SkinPoint) -> Gesture:
+    """Drag a point of the skin; selected control points are held."""
+    document = tools.document
+    handle = handle_of(document, skin, document.selection)
+    if handle is None:
+        while event.kind not in ("release", "lost", "cancel"):
+            tools.show(Feedback("no free control point moves the skin here", event.at))
+            event = yield
+        return
+    edit = document.edit(handle.points)
+    stroke = Stroke(tools, edit, press, event, tools.plane, fields=3)
+
+    def update() -> Feedback:
+        last = stroke.last
+        step = snap_step(press.camera, skin.place) if last.ctrl else 0.0
+        way = (skin.place, press.at, last.at, stroke.lock, last.shift, step)
+        asked = displacement(press.camera, *way)
+        if stroke.typed is not None:
+            asked = _typed_vector(stroke.typed, stroke.lock)
+        whole = handle.move(asked)
+        key = ("skin", skin.body, skin.row, *asked.tolist())
+        motion = Motion(key, 1.0, lambda share: edit.lattice_with(edit.start + share * whole))
+        share, verdict = tools.judge_motion(motion)
+        edit.place(edit.start + share * whole)
+        text = f"skin {vector_text(share * asked, stroke.lock)}"
+        if stroke.typed is not None:
+            text = f"{stroke.typed.text(('x', 'y', 'z'))}   {text}"
+        return Feedback(text, last.at, None, skin.place, stroke.lock, verdict=verdict)
+
+    yield from stroke.run(update, _no_wheel)
 
 
 def turn(tools: Tools, press: PointerEvent, event: PointerEvent, pivot: Array) -> Gesture:

@@ -24,6 +24,7 @@ from ffdstudio.project.interaction.feedback import NOTHING, Feedback, weight_han
 from ffdstudio.project.interaction.flatness import normal_axis, plane_of
 from ffdstudio.project.interaction.occlusion import Occluders
 from ffdstudio.project.interaction.picking import in_rectangle, near, nearest
+from ffdstudio.project.interaction.skin import SkinPoint, skin_under
 from ffdstudio.project.interaction.spread import Mirror, Soft, Spread
 from ffdstudio.project.model import Index, LatticeItem
 
@@ -45,7 +46,8 @@ class Options:
     Attributes
     ----------
     mode : str
-        What a drag of a point does: ``move``, ``rotate`` or ``scale``; ``box`` selects.
+        What a drag of a point does: ``move``, ``rotate`` or ``scale``; ``box`` selects,
+        ``skin`` drags points of the mesh.
     soft : Soft or None
         Soft selection; its radius changes with the wheel during a drag.
     mirror : Mirror or None
@@ -234,6 +236,10 @@ class Tools:
             return None
         if self.options.mode == "box" and self._item is not None:
             return _primed(self._band())
+        if self.options.mode == "skin" and self._item is not None:
+            at = event.camera, event.x, event.y
+            skin = skin_under(self.document, self.occluders, *at)
+            return None if skin is None else _primed(self._skin(skin))
         if self._on_handle(event):
             return _primed(self._weight())
         return _primed(self._grab()) if self.hit(event) is not None else None
@@ -258,6 +264,15 @@ class Tools:
         inside = [_index(int(row), item) for row in rows]
         old = self.document.selection
         self.document.select(selection.band(old, inside, event.shift, event.ctrl))
+
+    def _skin(self, skin: SkinPoint) -> gestures.Gesture:
+        press = yield
+        event = yield
+        while _still(press, event):
+            if event.kind in ("release", "lost", "cancel") or event.happened("key", "Escape"):
+                return
+            event = yield
+        yield from gestures.pull(self, press, event, skin)
 
     def _weight(self) -> gestures.Gesture:
         press = yield
