@@ -78,8 +78,10 @@ class PointerFilter(QObject):
             return self._key(kind, event)
         if kind == QEvent.Type.Leave:
             self._state.hover(None)
-        elif isinstance(event, QFocusEvent) and event.lostFocus() and self._tools.busy:
-            self._tools.handle(PointerEvent("lost", self._viewport.camera_now()))
+        elif isinstance(event, QFocusEvent) and event.lostFocus():
+            self._state.show(before=False)  # the key is let go of elsewhere
+            if self._tools.busy:
+                self._tools.handle(PointerEvent("lost", self._viewport.camera_now()))
         # VTK's handlers of these need not run either
         return kind in (QEvent.Type.Enter, QEvent.Type.Leave)
 
@@ -214,6 +216,10 @@ class PointerFilter(QObject):
             return True
         if key in (Qt.Key.Key_Tab, Qt.Key.Key_Backtab):
             return False
+        if key == Qt.Key.Key_Space and not self._tools.busy:
+            if not event.isAutoRepeat():
+                self._state.show(before=kind == QEvent.Type.KeyPress)
+            return True
         if key in KEYS and (kind == QEvent.Type.KeyPress or key in MODIFIERS):
             taken = self._tools.handle(self._key_event(kind, key, event.modifiers()))
             if not taken and key == Qt.Key.Key_Escape:

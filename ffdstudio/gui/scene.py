@@ -236,10 +236,12 @@ class Scene:
         origin, model = self.viewport.origin, self.document.model
         for body in model.bodies:
             points = self.document.points(body.key)
-            self.bodies[body.key].place(points, origin)
+            before = self.state.shown.before
+            self.bodies[body.key].place(self.bodies[body.key].rest if before else points, origin)
             self.bodies[body.key].mark_inside(self._inside(body.key, points))
         for item in model.lattices:
-            self.lattices[item.key].place(item.current.control_points, origin)
+            lattice = item.rest if self.state.shown.before else item.current
+            self.lattices[item.key].place(lattice.control_points, origin)
             self._mark(item)
         if self.state.preview is not None:
             self.lattices[PREVIEW].place(self.state.preview.control_points, origin)

@@ -36,6 +36,7 @@ class ShownOptions:
     section: SectionPlane | None = None
     outer: bool = False
     look: LookName = "shaded"
+    before: bool = False
 
 
 class WindowState:

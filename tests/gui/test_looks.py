@@ -18,6 +18,8 @@ def pixels(user: Any) -> np.ndarray:
     """(h, w, 3) of the picture, without overlay."""
     from PySide6.QtGui import QImage
 
+    jobs = user.window.jobs
+    user.qtbot.waitUntil(lambda: not jobs.running, timeout=120_000)  # kernels may be compiled
     user.idle()
     user.window.viewport.overlay.hide()
     image = user.window.viewport.grab().toImage().convertToFormat(QImage.Format.Format_RGB888)

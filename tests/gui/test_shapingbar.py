@@ -102,3 +102,21 @@ def test_numbers_are_typed_during_a_drag_although_they_are_keys_of_views(ready: 
     moved = ready.lattice.current.control_points[POINT] - before
     assert moved == pytest.approx([0.125, 0.125, 0])
     assert np.array_equal(view.view.back, back)
+
+
+def test_space_held_shows_what_was_before(ready: Any) -> None:
+    document, view = ready.window.document, ready.window.viewport
+    edit = document.edit([POINT])
+    edit.translate([0.3, 0, 0.2])
+    edit.commit()
+    ready.idle()
+    actor = ready.window.scene.bodies["body1"]
+    now = actor.full.points.array.copy()
+    view.setFocus()
+    QTest.keyPress(view, Qt.Key.Key_Space)
+    rest = actor.rest - view.origin
+    assert np.allclose(actor.full.points.array, rest, atol=1e-6)
+    assert not np.allclose(now, rest, atol=1e-3)
+    QTest.keyRelease(view, Qt.Key.Key_Space)
+    assert np.array_equal(actor.full.points.array, now)
+    assert len(document.history.labels) == 3

@@ -23,6 +23,7 @@ MOUSE: tuple[tuple[str, str], ...] = (
     ("Drag beside the points, or Alt+drag", "turn about what is under the cursor (2D: shift)"),
     ("Click an end of the axes in the corner", "look from there, in parallel projection"),
     ("Middle button, or Shift+drag beside the points", "shift the view"),
+    ("Hold Space", "see everything undeformed, as it was before"),
     ("Wheel, or right button up and down", "come closer or go away"),
 )
 
