@@ -132,6 +132,7 @@ ROWS: tuple[ActionRow, ...] = (
     ActionRow("view.inside", "Points &inside", VIEW, "Show the mesh points inside the active lattice", ("N",), "dots-hexagon", "lattice", check=True),
     ActionRow("view.net", "&Lattices", VIEW, "Show the control nets", ("L",), "grid", "lattice", check=True),
     ActionRow("view.section", "Se&ction plane", VIEW, "Cut a volume mesh open along a plane", ("C",), "circle-half-full", "volume body", toolbar=True, check=True),
+    ActionRow("view.slices", "Section curves", VIEW, "Curves of a section before and now, with chord, thickness, camber and twist, live", ("Shift+C",), "chart-bell-curve", "volume scene"),
     ActionRow("view.isolate", "Isolate &body", VIEW, "Show the chosen body alone", ("Shift+H",), "eye-outline", "bodies", line_before=True),
     ActionRow("view.show_all", "Show &all", VIEW, "Show all bodies, markers and lattices", ("Ctrl+H",), "eye-check-outline", "anything"),
     ActionRow("view.light", "&Light", VIEW, "Dark on light", (), "", "", check=True, group="theme", submenu="&Theme"),

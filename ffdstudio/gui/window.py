@@ -32,6 +32,7 @@ from ffdstudio.gui.panels.history import HistoryPanel
 from ffdstudio.gui.panels.lattice import LatticePanel
 from ffdstudio.gui.panels.points import PointsPanel
 from ffdstudio.gui.panels.problems import ProblemsPanel
+from ffdstudio.gui.panels.slices import SlicesPanel
 from ffdstudio.gui.panels.tree import TreePanel
 from ffdstudio.gui.pointer import PointerFilter
 from ffdstudio.gui.quality.panel import QualityPanel
@@ -47,6 +48,7 @@ from ffdstudio.gui.start import StartPage
 from ffdstudio.gui.state import WindowState
 from ffdstudio.gui.status import StatusLine
 from ffdstudio.gui.studio import Studio
+from ffdstudio.gui.study.plots import WhenSeen
 from ffdstudio.gui.study.study_ui import StudyRoom
 from ffdstudio.gui.subscriptions import Listening
 from ffdstudio.gui.viewport import Viewport, save_picture
@@ -150,6 +152,11 @@ class MainWindow(QMainWindow):
         self.docks["History"].raise_()
         self.studies = StudyRoom(studio)
         self.docks |= self.studies.add_docks(self, self.docks["Lattice"])
+        self.slices = WhenSeen(lambda: SlicesPanel(studio), studio.theme)
+        self.docks["Section curves"] = self._dock(
+            "Section curves", self.slices, Qt.DockWidgetArea.BottomDockWidgetArea
+        )
+        self.docks["Section curves"].hide()
         self._first_state: QByteArray | None = None
 
     def _dock(self, title: str, panel: QWidget, area: Qt.DockWidgetArea) -> QDockWidget:
@@ -254,6 +261,7 @@ class MainWindow(QMainWindow):
             "view.section": self.view.section,
             "quality.colour": self.quality.colour,
             "view.corner": lambda _: self.view.side("corner"),
+            "view.slices": lambda _: self._show_dock(self.docks["Section curves"]),
         }
         for name in SWITCHES:
             found[f"view.{name}"] = partial(self.view.switch, name)
@@ -399,7 +407,7 @@ class MainWindow(QMainWindow):
         self.sections.paint_with(theme)
         self.looks.paint_with(theme)
         self.actions_.paint_with(theme)
-        for panel in (*self.panels, self.studies):
+        for panel in (*self.panels, self.studies, self.slices):
             panel.paint_with(theme)
         self.start.fill(self.studio.settings.recent(), theme)
         self.actions_.check(f"view.{theme.name}", True)
@@ -465,7 +473,7 @@ class MainWindow(QMainWindow):
         self.looks.close()
         self.sections.close()
         self.scene.close()
-        for panel in self.panels:
+        for panel in (*self.panels, self.slices):
             panel.close_panel()
         self.field_keys.close()
         self.focus_ring.close_ring()

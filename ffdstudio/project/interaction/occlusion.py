@@ -67,13 +67,13 @@ class Occluders:
         drawn = (surface, body.hidden_markers)
         known = self._triangles.get(body.key)
         if known is None or known[0] != drawn:
-            known = (drawn, _triangles(surface, body))
+            known = (drawn, drawn_triangles(surface, body))
             self._triangles[body.key] = known
         pixels, depth = camera.project_with_depth(self._document.points(body.key))
         return np.column_stack([pixels, depth])[known[1]]
 
 
-def _triangles(surface: DisplaySurface, body: Body) -> Indices:
+def drawn_triangles(surface: DisplaySurface, body: Body) -> Indices:
     """(t, 3) displayed points of the triangles that are drawn."""
     gone = [k for k, name in enumerate(surface.markers) if name in body.hidden_markers]
     keep = ~outer_polygons(surface, body.mesh) & ~np.isin(surface.polygon_marker, gone)
