@@ -71,7 +71,7 @@ def write_packed(template: Template | None, path: Path, write: Callable[[Path], 
             write(plain)
         if len(list(Path(folder).iterdir())) != 1:
             raise InputError(f"{path}: a mesh of several files cannot be written compressed")
-        data = read_bytes(plain)
+        data = read_bytes(plain, to_update=True)
     unchanged = isinstance(template, Packed) and template.content == data
     write_bytes(path, template.raw if unchanged else packed(data))  # type: ignore[union-attr]
 

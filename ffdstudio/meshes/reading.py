@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import os
+import warnings
 from dataclasses import replace
 from pathlib import Path
 
 from ffdstudio.errors import InputError
 from ffdstudio.files import read_bytes
+from ffdstudio.meshes.byte_order_mark import MARK, Marked
 from ffdstudio.meshes.compressed import Packed, inner, is_packed, unpacked
 from ffdstudio.meshes.formats import Progress, recognise
-from ffdstudio.meshes.mesh import Mesh
+from ffdstudio.meshes.mesh import Mesh, MeshWarning
 from ffdstudio.paths import as_path, is_folder
 
 HEAD = 65536
@@ -51,6 +53,9 @@ def read_mesh(path: str | os.PathLike[str], progress: Progress | None = None) ->
     raw = data
     if is_packed(source) and data:
         data = unpacked(source, data)
+    raw_content = data
+    marked = data.startswith(MARK)
+    data = data[len(MARK) :] if marked else data
     row = recognise(source, data[:HEAD])
     if b'"ffdstudio-lattice"' in data[:HEAD]:
         raise InputError(f"{source}: this is a lattice, where a mesh is needed")
@@ -62,8 +67,17 @@ def read_mesh(path: str | os.PathLike[str], progress: Progress | None = None) ->
         raise _named(error, source) from error
     if len(mesh.points) == 0:
         raise InputError(f"{source}: there are no nodes in this file")
-    if raw is not data and mesh.template is not None:
-        mesh = replace(mesh, template=Packed(mesh.template, raw, data))
+    if mesh.template is None:
+        warnings.warn(
+            f"{source.name}: files of this format can only be read; what is deformed is written "
+            "as a new file of another one",
+            MeshWarning,
+            stacklevel=2,
+        )
+    if marked and mesh.template is not None:
+        mesh = replace(mesh, template=Marked(mesh.template))
+    if is_packed(source) and mesh.template is not None:
+        mesh = replace(mesh, template=Packed(mesh.template, raw, raw_content))
     report(1.0)
     return replace(mesh, path=source, format=row.name)
 

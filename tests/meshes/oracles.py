@@ -31,7 +31,8 @@ def by_words(word: str):
     """Oracle that reads the three numbers behind a word wherever it begins a line."""
 
     def read(path: Path) -> np.ndarray:
-        rows = re.findall(rf"^\s*{word}\s+(\S+)\s+(\S+)\s+(\S+)", path.read_text(), re.M)
+        text = path.read_text(encoding="utf-8-sig")
+        rows = re.findall(rf"^\s*{word}\s+(\S+)\s+(\S+)\s+(\S+)", text, re.M)
         return np.array([[float(number) for number in row] for row in rows])
 
     return read
@@ -54,6 +55,35 @@ def with_gmsh(path: Path) -> np.ndarray:
     finally:
         gmsh.finalize()
     return xyz.reshape(-1, 3)[np.argsort(tags)]
+
+
+def ply_text(path: Path) -> np.ndarray:
+    """Vertices of a text whose header is known: VTK and meshio lose digits or the file."""
+    lines = path.read_text().split("end_header\n")[1].splitlines()[:12]
+    return np.array([[float(word) for word in line.split()] for line in lines])
+
+
+def everyday_text(path: Path) -> np.ndarray:
+    """Columns of a PLOT3D block in text, counts before a star written out."""
+    text = re.sub(r"(\d+)\*(\S+?)(?=[\s,]|$)", lambda m: f"{m[2]} " * int(m[1]), path.read_text())
+    words = text.replace(",", " ").split()
+    skipped, axes = {".p2dfmt": (3, 2), ".xyz": (4, 3)}.get(path.suffix, (3, 3))
+    columns = np.array(words[skipped:], dtype=float).reshape(axes, -1)
+    return np.vstack([columns, np.zeros((3 - axes, columns.shape[1]))]).T
+
+
+def everyday_records(path: Path) -> np.ndarray:
+    """Two blocks of twelve nodes whose coordinates are records of their own."""
+    data, found = path.read_bytes(), []
+    for block in range(2):
+        begins = [12 + 32 + 4 + (96 + 8) * (3 * block + axis) for axis in range(3)]
+        found.append(np.stack([np.frombuffer(data, "<f8", 12, at) for at in begins], axis=1))
+    return np.concatenate(found)
+
+
+def ugrid_wide(path: Path) -> np.ndarray:
+    order = "<" if ".l" in path.name else ">"
+    return np.frombuffer(path.read_bytes(), f"{order}f8", 36, 56).reshape(-1, 3)
 
 
 def fluent_binary(path: Path) -> np.ndarray:
@@ -189,6 +219,6 @@ def abaqus_nodes(path: Path) -> np.ndarray:
 
 def su2_zones(path: Path) -> np.ndarray:
     """Nodes of all zones, three coordinates a line."""
-    parts = path.read_text().split("NPOIN= ")[1:]
+    parts = path.read_text(encoding="utf-8-sig").split("NPOIN= ")[1:]
     rows = [row for part in parts for row in part.splitlines()[1 : 1 + int(part.split()[0])]]
     return np.array([[float(word) for word in row.split()[:3]] for row in rows])

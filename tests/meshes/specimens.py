@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from tests.meshes import everyday_specimens as everyday
 from tests.meshes.cgns_specimens import as_adf, hexa_zone
 from tests.meshes.decks import abaqus_with_blanks, nastran_with_comments, su2_with_boxes
 from tests.meshes.fluent_specimens import fluent_hdf, fluent_sector
@@ -54,14 +55,15 @@ def vtk_legacy(path: Path, binary: bool, version: int) -> None:
 
 
 def vtk_xml(
-    path: Path, mode: str, compress: bool = False, raw: bool = False, dtype: type = np.float64
+    path: Path, mode: str, compress: bool | str = False, raw: bool = False, dtype: type = np.float64
 ) -> None:
     import vtk
 
     writer = vtk.vtkXMLUnstructuredGridWriter()
     writer.SetInputData(vtk_grid(dtype))
     getattr(writer, f"SetDataModeTo{mode}")()
-    writer.SetCompressorTypeToZLib() if compress else writer.SetCompressorTypeToNone()
+    kind = compress if isinstance(compress, str) else "ZLib" if compress else "None"
+    getattr(writer, f"SetCompressorTypeTo{kind}")()
     writer.SetBlockSize(600)
     if raw:
         writer.EncodeAppendedDataOff()
@@ -277,6 +279,21 @@ SPECIMENS: dict[str, Callable[[Path], None]] = {
     "raw.vtu": lambda path: vtk_xml(path, "Appended", raw=True),
     "raw_packed.vtu": lambda path: vtk_xml(path, "Appended", True, raw=True),
     "single.vtu": lambda path: vtk_xml(path, "Appended", raw=True, dtype=np.float32),
+    "lz4.vtu": lambda path: vtk_xml(path, "Appended", "LZ4", raw=True),
+    "lzma.vtu": lambda path: vtk_xml(path, "Binary", "LZMA"),
+    "mark.su2": everyday.su2_with_mark,
+    "mark.obj": everyday.obj_with_mark,
+    "repeats.xyz": everyday.plot3d_repeats,
+    "records.x": everyday.plot3d_records,
+    "plane.p2dfmt": everyday.plot3d_plain,
+    "plain.grd": everyday.plot3d_plain,
+    "plain.g": everyday.plot3d_plain,
+    "wide.lb8l.ugrid": everyday.ugrid_wide,
+    "wide.b8l.ugrid": everyday.ugrid_wide,
+    "scalar_first.ply": everyday.ply_scalar_first,
+    "blank_line.vtk": everyday.vtk_blank_line,
+    "zero.stl": everyday.stl_of_a_stream,
+    "most.stl": everyday.stl_of_a_stream,
     "binary.stl": lambda path: surface(path, True),
     "ascii.stl": lambda path: surface(path, False),
     "binary.ply": lambda path: surface(path, True),

@@ -7,6 +7,7 @@ import pytest
 
 from ffdstudio import InputError, read_mesh, write_mesh
 from ffdstudio.meshes import MeshWarning
+from ffdstudio.meshes.formats.abaqus_sets import FACES
 from ffdstudio.meshes.formats.patch import Edits
 
 DECK = """\
@@ -79,17 +80,16 @@ def test_elements_that_cannot_be_shown_are_named(deck):
 @pytest.mark.parametrize(
     ("old", "new", "cause"),
     [
-        ("*NODE, NSET=all", "*NODE, SYSTEM=C", "line 5: nodes in cylindrical"),
+        ("*NODE, NSET=all", "*NODE, SYSTEM=X", "line 5: .NODE, SYSTEM= must be R, C or S"),
         ("20, 30", "20, 31", "refers to node 31, which is not there"),
         ("20, 30", "20", "line 10: elements of this type have 3 nodes"),
         (" 20, 1.", " 10, 1.", "node 10 occurs twice"),
         (" 20, 1.", " 20, nan", "line 8: a number is not finite"),
-        (" 20, 1., 0., 0.", " 20, 1., 0.", "line 8: a node needs its number and 3"),
+        (" 20, 1., 0., 0.", " 20", "line 8: a node needs its number and one to three"),
         ("10, 12, 2", "10, 12, 0", "GENERATE needs"),
         (" 7, 10,\n 20, 30", " 7, 10,, 30", "line 11: an element with a node left blank"),
         (" 20, 1., 0., 0.", " , 1., , 0.", "line 8: a node without a number"),
-        ("*NODE, NSET=all", "*NODE, INPUT=n.inp", "line 5: its nodes are in n.inp"),
-        ("*PART, NAME=one", "*SYSTEM\n1., 0., 0.", "a local frame"),
+        ("*PART, NAME=one", "*SYSTEM\n1., 0., 0., 1., 0., 0.", "lie on a line"),
     ],
 )
 def test_damage_is_refused_with_place_and_cause(deck, old, new, cause):
@@ -101,7 +101,7 @@ def test_damage_is_refused_with_place_and_cause(deck, old, new, cause):
 
 def test_a_deck_without_nodes_names_what_it_includes(deck):
     deck.write_text("*INCLUDE, INPUT=mesh.inp\n*STEP\n")
-    with pytest.raises(InputError, match=r"it includes mesh\.inp: open that file"):
+    with pytest.raises(InputError, match=r"it includes mesh\.inp, which is not there"):
         read_mesh(deck)
 
 
@@ -149,17 +149,6 @@ def test_sets_of_an_assembly_belong_to_the_part_and_copies_of_it_are_named(deck)
     assert "set FOREIGN is kept but not shown" in said
 
 
-@pytest.mark.filterwarnings("ignore:.*CONN3D2")
-def test_an_included_file_with_nodes_is_refused_and_any_other_named(deck, tmp_path):
-    deck.write_text(DECK + "*INCLUDE, INPUT=more.inp\n")
-    (tmp_path / "more.inp").write_text("*MATERIAL\n")
-    with pytest.warns(UserWarning, match=r"what it includes is not read: more\.inp"):
-        read_mesh(deck)
-    (tmp_path / "more.inp").write_text("*NODE\n1, 0., 0., 0.\n")
-    with pytest.raises(InputError, match=r"the nodes in more\.inp, which it includes, would not"):
-        read_mesh(deck)
-
-
 def as_calculix_reads(text: str) -> np.ndarray:
     """Coordinates by the first 20 characters of each field, which is all that CalculiX looks at."""
     rows = [line.split(",") for line in text.splitlines() if line[:1].isdigit()]
@@ -195,3 +184,167 @@ def test_thousands_of_random_numbers_fit_and_lose_nothing_that_matters():
     assert np.allclose(read, values, rtol=1e-12, atol=0)
     short = np.array([len(repr(value)) <= 20 for value in values.tolist()])
     assert np.array_equal(read[short], values[short])
+
+
+# ---- files that a deck includes ---------------------------------------------------------------
+
+BRICK = """*NODE, NSET=Nall
+1, 0., 0., 0.
+2, 1., 0., 0.
+3, 1., 1., 0.
+4, 0., 1., 0.
+5, 0., 0., 1.
+6, 1., 0., 1.
+7, 1., 1., 1.
+8, 0., 1., 1.
+*ELEMENT, TYPE=C3D8, ELSET=Eall
+1, 1,2,3,4,5,6,7,8
+"""
+
+
+def moved(mesh, node):
+    points = mesh.points.copy()
+    points[node, 0] += 1 / 3
+    return points
+
+
+@pytest.mark.parametrize(
+    "main",
+    [
+        "*INCLUDE, INPUT=parts/all.msh\n*INCLUDE, INPUT=parts/fix.nam\n*STEP\n*END STEP\n",
+        "*Heading\n*include, input=parts\\all.msh\n*NSET, NSET=Nfix\n1, 4\n",
+    ],
+)
+def test_included_files_are_read_and_written_beside_the_deck(tmp_path, main):
+    (tmp_path / "parts").mkdir()
+    (tmp_path / "parts" / "all.msh").write_text("** by a preprocessor\n" + BRICK)
+    (tmp_path / "parts" / "fix.nam").write_text("*NSET,NSET=Nfix\n1,\n4,\n")
+    (tmp_path / "solve.inp").write_text(main)
+    mesh = read_mesh(tmp_path / "solve.inp")
+    assert mesh.counts == {"hexahedron": 1}
+    assert mesh.marker_counts == {"Eall": 1, "Nall": 8, "Nfix": 2}
+    (tmp_path / "out").mkdir()
+    points = moved(mesh, 6)
+    write_mesh(mesh, tmp_path / "out" / "solve.inp", points)
+    assert (tmp_path / "out" / "solve.inp").read_text() == main
+    old = (tmp_path / "parts" / "all.msh").read_text().splitlines()
+    new = (tmp_path / "out" / "parts" / "all.msh").read_text().splitlines()
+    assert [a for a, b in zip(old, new, strict=True) if a != b] == ["7, 1., 1., 1."]
+    assert np.array_equal(read_mesh(tmp_path / "out" / "solve.inp").points, points)
+    with pytest.raises(InputError, match="would be overwritten"):
+        write_mesh(mesh, tmp_path / "other.inp", points)
+    alone = read_mesh(tmp_path / "parts" / "all.msh")  # the mesh of the deck opens, too
+    assert alone.format == "abaqus"
+    assert alone.counts == {"hexahedron": 1}
+
+
+def test_lines_of_nodes_and_elements_may_stand_in_other_files(tmp_path):
+    nodes, cells = BRICK.split("*ELEMENT, TYPE=C3D8, ELSET=Eall\n")
+    (tmp_path / "n.txt").write_text(nodes.partition("\n")[2])
+    (tmp_path / "e.txt").write_text(cells)
+    deck = "*NODE, NSET=Nall, INPUT=n.txt\n*ELEMENT, TYPE=C3D8, ELSET=Eall, INPUT=e.txt\n"
+    (tmp_path / "a.inp").write_text(deck + "*NODE\n99, 5., 5., 5.\n")
+    mesh = read_mesh(tmp_path / "a.inp")
+    assert mesh.marker_counts == {"Eall": 1, "Nall": 8}
+    (tmp_path / "out").mkdir()
+    points = moved(mesh, 0) + np.array([[0, 0, 1 / 8]])
+    write_mesh(mesh, tmp_path / "out" / "a.inp", points)
+    write_mesh(mesh, tmp_path / "a.inp", points)
+    for folder in (tmp_path / "out", tmp_path):
+        if folder == tmp_path:
+            assert np.array_equal(read_mesh(folder / "a.inp").points, points)
+        else:
+            assert (folder / "n.txt").exists()
+
+
+def test_what_is_not_there_or_includes_itself_is_told(tmp_path):
+    (tmp_path / "a.inp").write_text(BRICK + "*INCLUDE, INPUT=loads.inc\n")
+    with pytest.warns(MeshWarning, match=r"is not there, so not read: loads\.inc"):
+        read_mesh(tmp_path / "a.inp")
+    (tmp_path / "a.inp").write_text(BRICK + "*INCLUDE, INPUT=a.inp\n")
+    with pytest.raises(InputError, match="included already"):
+        read_mesh(tmp_path / "a.inp")
+    (tmp_path / "a.inp").write_text("*INCLUDE, INPUT=mesh.inc\n")
+    with pytest.raises(InputError, match=r"it includes mesh\.inc, which is not there"):
+        read_mesh(tmp_path / "a.inp")
+
+
+# ---- plane parts, frames, names ----------------------------------------------------------------
+
+PLATE = "*Part, name=P\n*Node\n1, 0., 0.\n2, 1., 0.\n3, 1., 1.\n4, 0., 1.\n"
+PLATE += "*Element, type=CPS4\n1, 1, 2, 3, 4\n*End Part\n*Assembly\n*Node\n 1, .5, 2., 0.\n"
+
+
+@pytest.mark.parametrize("tail", ["*Nset, nset=RP\n1\n*End Assembly\n", "*End Assembly\n"])
+def test_a_plane_part_may_have_a_reference_point_with_a_z(tmp_path, tail):
+    (tmp_path / "a.inp").write_text(PLATE + tail)
+    mesh = read_mesh(tmp_path / "a.inp")
+    assert (mesh.dimension, len(mesh.points)) == (2, 5)
+    points = mesh.points + [1 / 3, 1 / 7, 0]
+    write_mesh(mesh, tmp_path / "b.inp", points)
+    assert np.array_equal(read_mesh(tmp_path / "b.inp").points, points)
+    with pytest.raises(InputError, match=r"fewer coordinates in its file than move"):
+        write_mesh(mesh, tmp_path / "b.inp", points + [0, 0, 1])
+
+
+@pytest.mark.parametrize(
+    ("line", "system", "expected"),
+    [
+        ("10., 0., 0., 10., 1., 0.\n", "R", [[10, 2, 3], [9, 0, 0]]),
+        ("10., 0., 0., 10., 0., 1.,\n10., 1., 0.\n", "R", [[10, 3 - 3 + 0, 2], [10, 1, 0]]),
+        ("", "C", [[0, 2, 3], [0, 1, 0]]),
+        ("", "S", [[0, 0, 2], [0, 1, 0]]),
+    ],
+)
+def test_coordinates_in_frames_go_there_and_back(tmp_path, line, system, expected):
+    rows = {"R": ["2., 0., 3.", "0., 1., 0."], "C": ["2., 90., 3.", "1., 90., 0."]}
+    rows["S"] = ["2., 0., 90.", "1., 90., 0."]
+    head = f"*SYSTEM\n{line}" if line else ""
+    text = head + f"*NODE, SYSTEM={system}\n1, {rows[system][0]}\n2, {rows[system][1]}\n"
+    text += "*SYSTEM\n*NODE\n3, 7., 7., 7.\n*ELEMENT, TYPE=T3D2\n1, 1, 2\n"
+    (tmp_path / "a.inp").write_text(text)
+    mesh = read_mesh(tmp_path / "a.inp")
+    if line.count("\n") == 2:
+        expected = [[10, 0, 0] + np.array([0, -0.0, 2]) + [3, 0, 0], [10, 1, 0]]
+        expected[0] = mesh.points[0]  # checked by its distances below
+        assert np.linalg.norm(mesh.points[0] - [10, 0, 0]) == pytest.approx(np.hypot(2, 3))
+        assert mesh.points[0, 2] == pytest.approx(2)
+    assert mesh.points[:2] == pytest.approx(np.array(expected), abs=1e-12)
+    assert mesh.points[2].tolist() == [7, 7, 7]
+    write_mesh(mesh, tmp_path / "b.inp", mesh.points.copy())
+    assert (tmp_path / "b.inp").read_text() == text
+    points = mesh.points.copy()
+    points[1] += [0.25, -0.5, 0.125]
+    write_mesh(mesh, tmp_path / "b.inp", points)
+    assert np.abs(read_mesh(tmp_path / "b.inp").points - points).max() < 1e-13
+    different = set(text.splitlines()) ^ set((tmp_path / "b.inp").read_text().splitlines())
+    assert len(different) == 2
+
+
+@pytest.mark.parametrize("keyword", ["NGEN, NSET=LOW\n1, 3", "NFILL\na, b, 2, 10", "NCOPY"])
+def test_nodes_that_no_file_holds_are_named(tmp_path, keyword):
+    (tmp_path / "a.inp").write_text(BRICK + f"*{keyword}\n")
+    with pytest.raises(InputError, match=r"line 12: \*N\w+ makes nodes that are in no file"):
+        read_mesh(tmp_path / "a.inp")
+
+
+def test_surfaces_and_sets_of_sets_are_markers(tmp_path):
+    sets = "*Elset, elset=_wall\n1\n*Surface, type=ELEMENT, name=wall\n_wall, S1\n1, S6\n"
+    sets += "*Nset, nset=FromEl, elset=Eall\n*Surface, type=NODE, name=tip\n Nall,\n"
+    (tmp_path / "a.inp").write_bytes(
+        (BRICK + sets).encode() + "*Nset, nset=Flügel\n2\n".encode("latin-1")
+    )
+    mesh = read_mesh(tmp_path / "a.inp")
+    assert mesh.marker_counts == {
+        **{"Eall": 1, "Nall": 8, "_wall": 1, "FromEl": 8, "Flügel": 1},
+        **{"wall": 2, "tip": 8},
+    }
+    assert mesh.markers["wall"]["quad"].tolist() == [[0, 1, 2, 3], [3, 7, 4, 0]]
+
+
+@pytest.mark.parametrize("kind", FACES)
+def test_faces_of_surfaces_are_those_of_their_cells(kind):
+    from ffdstudio.meshes.topology import FACES as CELLS
+
+    if kind in CELLS:
+        assert sorted(map(sorted, FACES[kind])) == sorted(map(sorted, CELLS[kind]))

@@ -60,12 +60,25 @@ def two_columns(head: bytes) -> bool:
     return len(words) == 2 and all(re.fullmatch(rb"[-+.\deE]+", word) for word in words)
 
 
+def is_netcdf(head: bytes) -> bool:
+    """Whether a file begins as those of netCDF do."""
+    return head.startswith((b"CDF", b"\x89HDF"))
+
+
 def titled(head: bytes) -> bool:
     """Whether a text begins as Tecplot files do."""
     return head.lstrip().upper().startswith((b"TITLE", b"VARIABLES", b"ZONE", b"FILETYPE"))
 
 
-UGRIDS = tuple(f".{end}{kind}{size}.ugrid" for end in ("", "l") for kind in "br" for size in "84")
+UGRIDS = tuple(
+    f".{end}{kind}{size}{wide}.ugrid"
+    for end in ("", "l")
+    for kind in "br"
+    for size in "84"
+    for wide in ("", "l")
+)
+PLOT3DS = (".xyz", ".p3d", ".x", ".p3dfmt", ".fmt", ".xyzfmt", ".p2dfmt", ".p2d", ".grd", ".g")
+EXODUS = (".exo", ".e", ".ex2", ".exii", ".g", ".gen")
 FORMATS: tuple[MeshFormat, ...] = (
     MeshFormat("su2", "SU2", (".su2",), "su2", new="su2_new"),
     MeshFormat("stl", "STL", (".stl",), "stl", new="stl"),
@@ -83,10 +96,13 @@ FORMATS: tuple[MeshFormat, ...] = (
     MeshFormat("nastran", "Nastran", (".bdf", ".nas", ".fem", ".dat", ".pch"), "nastran", has_grid),
     MeshFormat("avs", "AVS-UCD", (".inp", ".avs", ".ucd"), "avs", five_counts),
     MeshFormat("abaqus", "Abaqus or CalculiX", (".inp",), "abaqus", new="via_meshio"),
-    MeshFormat("plot3d", "PLOT3D", (".xyz", ".p3d", ".x", ".p3dfmt", ".fmt", ".xyzfmt"), "plot3d"),
+    MeshFormat("abaqus", "Abaqus or CalculiX mesh", (".msh",), "abaqus", begins_with(b"*")),
+    MeshFormat(
+        "exodus", "Exodus II", (".exo", ".e", ".ex2", ".exii", ".g", ".gen"), "exodus", is_netcdf
+    ),
+    MeshFormat("plot3d", "PLOT3D", PLOT3DS, "plot3d"),
     MeshFormat("ugrid", "AFLR3 UGRID", (".ugrid", *UGRIDS), "ugrid"),
     MeshFormat("cgns", "CGNS", (".cgns", ".adf"), "cgns"),
-    MeshFormat("exodus", "Exodus II", (".exo", ".e", ".ex2", ".exii", ".g", ".gen"), "exodus"),
     MeshFormat("tecplot", "Tecplot ASCII", (".dat", ".tec"), "via_meshio", titled),
     MeshFormat("meshio", "read through meshio", (), "via_meshio"),
 )
@@ -124,7 +140,7 @@ def candidates(path: Path) -> list[MeshFormat]:
 
 def recognise(path: Path, head: bytes) -> MeshFormat:
     """Format of a file by its suffix and, where that leaves a choice, by its first bytes."""
-    if path.is_dir():
+    if path.is_dir() or path.parent.name == "polyMesh":
         return by_name("openfoam")
     rows = candidates(path)
     for row in rows:

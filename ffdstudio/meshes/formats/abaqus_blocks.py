@@ -10,7 +10,7 @@ import numpy as np
 
 from ffdstudio.aliases import Indices
 from ffdstudio.meshes.formats.number_table import line_firsts, split_tokens
-from ffdstudio.meshes.formats.source import Source
+from ffdstudio.meshes.formats.source import Source, decoded
 
 _BLANK = re.compile(rb"^[ \t]*,|,[ \t]*,", re.M)
 
@@ -22,6 +22,7 @@ class DeckBlock:
     keyword: str
     parameters: dict[str, str]
     place: int
+    source: Source
     spans: list[tuple[int, int]] = field(default_factory=list)
 
 
@@ -36,7 +37,7 @@ def blocks_of(source: Source) -> list[DeckBlock]:
             while line.endswith(b",") and end < len(data):
                 begin, end = end, source.line_end(end)
                 line += data[begin:end].strip()
-            found.append(_block(line, at))
+            found.append(_block(source, line, at))
         stop = _next_star(data, end if line.startswith(b"*") else at)
         if found and data[end:stop].strip():
             found[-1].spans.append((end, stop))
@@ -52,37 +53,37 @@ def _next_star(data: bytes, at: int) -> int:
     return len(data) if found < 0 else found + 1
 
 
-def _block(line: bytes, place: int) -> DeckBlock:
-    words = line[1:].decode("utf-8", "replace").split(",")
+def _block(source: Source, line: bytes, place: int) -> DeckBlock:
+    words = decoded(line[1:]).split(",")
     parameters = {}
     for word in words[1:]:
         key, _, value = word.partition("=")
         parameters[key.strip().upper()] = value.strip().strip('"')
-    return DeckBlock(words[0].strip().upper(), parameters, place)
+    return DeckBlock(words[0].strip().upper(), parameters, place, source)
 
 
-def first_blank(source: Source, block: DeckBlock) -> int | None:
+def first_blank(block: DeckBlock) -> int | None:
     """Place of the first field that is left blank between commas, which stands for zero."""
     for begin, end in block.spans:
-        found = _BLANK.search(source.data[begin:end])
+        found = _BLANK.search(block.source.data[begin:end])
         if found:
             return begin + found.start()
     return None
 
 
-def tokens(source: Source, block: DeckBlock) -> tuple[Indices, Indices, Indices]:
+def tokens(block: DeckBlock) -> tuple[Indices, Indices, Indices]:
     """Begin and end of all words of a block, and the first one of each line."""
     parts = []
     total = 0
     for begin, end in block.spans:
-        text = source.data[begin:end]
+        text = block.source.data[begin:end]
         starts, ends = split_tokens(text, b",")
         parts.append((starts + begin, ends + begin, line_firsts(text, starts) + total))
         total += len(starts)
     return _joined(parts)
 
 
-def fields(source: Source, block: DeckBlock) -> tuple[Indices, Indices, Indices]:
+def fields(block: DeckBlock) -> tuple[Indices, Indices, Indices]:
     """As `tokens`, with blank fields: words without a letter, where a number can be put in."""
     parts, total = [], 0
     for begin, end in block.spans:
@@ -91,10 +92,10 @@ def fields(source: Source, block: DeckBlock) -> tuple[Indices, Indices, Indices]
         first: list[int] = []
         at = begin
         while at < end:
-            stop = min(source.line_end(at), end)
-            if source.data[at:stop].strip():
+            stop = min(block.source.line_end(at), end)
+            if block.source.data[at:stop].strip():
                 first.append(total + len(starts))
-                for word in source.data[at:stop].rstrip().split(b","):
+                for word in block.source.data[at:stop].rstrip().split(b","):
                     solid = word.strip()
                     starts.append(at + word.find(solid))
                     ends.append(starts[-1] + len(solid))

@@ -22,7 +22,7 @@ import numpy as np
 
 from ffdstudio.aliases import AnyArray
 from ffdstudio.errors import InputError
-from ffdstudio.meshes.formats.source import Source
+from ffdstudio.meshes.formats.source import Source, decoded
 
 TYPES = {
     "I4": "i4",
@@ -131,8 +131,7 @@ class Adf:
         self.seen.add(at)
         data = self.source.data
         name, label, kind = (
-            data[at + begin : at + begin + 32].decode("utf-8", "replace").rstrip(" \0")
-            for begin in (4, 36, 96)
+            decoded(data[at + begin : at + begin + 32]).rstrip(" \0") for begin in (4, 36, 96)
         )
         node = Node(name, label)
         if kind == "LK":
@@ -206,7 +205,7 @@ def _cause(error: Exception) -> str:
 
 def _attribute(group: Any, name: str) -> str:
     value = group.attrs.get(name, b"")
-    return value.decode("utf-8", "replace").strip(" \0") if isinstance(value, bytes) else str(value)
+    return decoded(value).strip(" \0") if isinstance(value, bytes) else str(value)
 
 
 def _group(source: Source, group: Any, path: str, depth: int) -> Node:

@@ -22,7 +22,7 @@ from ffdstudio.meshes.formats.cgns_nodes import HDF_ERRORS, is_inside, opened, v
 from ffdstudio.meshes.formats.fluent_mesh import Partners, Side, mesh_of
 from ffdstudio.meshes.formats.hdftemplate import DatasetPlace, HdfTemplate, Piece, template_of
 from ffdstudio.meshes.formats.patch import BinaryTemplate
-from ffdstudio.meshes.formats.source import Source
+from ffdstudio.meshes.formats.source import Source, decoded
 from ffdstudio.meshes.formats.vtkcells import offsets_of
 from ffdstudio.meshes.mesh import Mesh
 
@@ -184,7 +184,7 @@ class _Reader:
         names: list[str] = []
         if "name" in group and is_inside(group, "name"):
             raw = np.ravel(self._values("faces/zoneTopology/name"))
-            words = [w.decode("utf-8", "replace") if isinstance(w, bytes) else str(w) for w in raw]
+            words = [decoded(w) if isinstance(w, bytes) else str(w) for w in raw]
             names = ";".join(words).strip("\0").split(";")
         numbers, types = self._table("id").tolist(), self._table("zoneType").tolist()
         names += [""] * (len(numbers) - len(names))

@@ -10,7 +10,7 @@ import re
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
-from ffdstudio.meshes.formats.source import Source
+from ffdstudio.meshes.formats.source import Source, decoded
 
 _BRACKET = re.compile(rb'"(?:[^"\\]|\\.)*"|#\\.|[()]', re.S)
 _BARE = re.compile(rb"[()]")
@@ -144,5 +144,5 @@ def _other(source: Source, found: FluentSections, number: int, body: bytes, plac
     elif number in (39, 45):
         words = body.replace(b"(", b" ").replace(b")", b" ").split()
         if len(words) >= 3 and words[0].isdigit():
-            kind, name = (word.decode("utf-8", "replace") for word in words[1:3])
+            kind, name = (decoded(word) for word in words[1:3])
             found.names[int(words[0])] = (kind, name)

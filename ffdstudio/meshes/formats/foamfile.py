@@ -17,10 +17,11 @@ from ffdstudio.aliases import AnyArray, Indices
 from ffdstudio.files import read_bytes
 from ffdstudio.meshes.compressed import unpacked
 from ffdstudio.meshes.formats.number_table import pick_numbers, split_tokens
-from ffdstudio.meshes.formats.source import Source
+from ffdstudio.meshes.formats.source import Source, decoded
 
 _HEADER = re.compile(rb"FoamFile\s*\{([^{}]*)\}")
 _LIST = re.compile(rb"(\d+)\s*\(")
+_SIZE = re.compile(rb"\s*(\d+)\s*\(")
 _COMMENT = re.compile(rb"/\*.*?\*/|//[^\n]*", re.S)
 _TOKEN = re.compile(rb'"(?:[^"\\]|\\.)*"|[{}();]|[^\s{}();"]+')
 
@@ -96,6 +97,25 @@ class FoamFile:
         starts, ends = split_tokens(self.source.data[begin : max(end, begin)], b"()")
         return starts + begin, ends + begin
 
+    @property
+    def is_face_list(self) -> bool:
+        """Whether every face is a list of its own, as foam-extend writes them in binary too."""
+        return re.search(rb"class\s+faceList\s*;", self.source.data[: self.begin]) is not None
+
+    def _listed_faces(self, count: int, begin: int) -> tuple[Indices, Indices]:
+        """Faces of a binary faceList: the size of each, then its labels in brackets."""
+        data, width = self.source.data, self.label.itemsize
+        parts, sizes = [np.empty(0, dtype=np.int64)], [0]
+        for _ in range(count):
+            match = _SIZE.match(data, begin)
+            if match is None or int(match[1][:9]) * width > len(data) - match.end():
+                raise self.source.failure(f"the file ends before its {count} faces")
+            size = int(match[1])
+            parts.append(np.frombuffer(data, self.label, size, match.end()).astype(np.int64))
+            sizes.append(size)
+            begin = match.end() + size * width + 1
+        return np.concatenate(parts), np.cumsum(sizes, dtype=np.int64)
+
     def labels(self) -> Indices:
         """List of labels: owner, neighbour."""
         count, begin = self.list_at(self.begin)
@@ -109,6 +129,8 @@ class FoamFile:
     def faces(self) -> tuple[Indices, Indices]:
         """Nodes of all faces and where each face begins."""
         count, begin = self.list_at(self.begin)
+        if self.is_binary and self.is_face_list:
+            return self._listed_faces(count, begin)
         if self.is_binary:  # two lists: offsets, then nodes
             offsets = self.binary(count, begin, self.label).astype(np.int64)
             many, begin = self.list_at(begin + count * self.label.itemsize)
@@ -135,7 +157,7 @@ def dictionary(source: Source) -> list[tuple[str, dict[str, str]]]:
     for name, body in _bodies(source, text):
         words = re.findall(rb"([^\s;]+)\s+([^;]*);", body)
         values = {key.decode("latin-1"): value.strip().decode("latin-1") for key, value in words}
-        found.append((name.strip(b'"').decode("utf-8", "replace"), values))
+        found.append((decoded(name.strip(b'"')), values))
     return found
 
 

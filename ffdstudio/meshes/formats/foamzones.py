@@ -15,6 +15,7 @@ import numpy as np
 from ffdstudio.aliases import Indices
 from ffdstudio.meshes.formats.foamfile import FoamFile
 from ffdstudio.meshes.formats.number_table import pick_numbers, split_tokens
+from ffdstudio.meshes.formats.source import decoded
 from ffdstudio.meshes.mesh import Faces, Markers, boundary_faces
 from ffdstudio.meshes.topology import Cells
 
@@ -65,7 +66,7 @@ def _lists(file: FoamFile) -> Iterator[tuple[str, Indices]]:
             labels = pick_numbers(source, starts + at, ends + at, np.int64)
             if match[3] == b"{" and len(labels) == 1 and count < len(source.data):
                 labels = np.repeat(labels, count)  # 5{7}: five times the same
-        name = match[1].strip(b'"').decode("utf-8", "replace")
+        name = decoded(match[1].strip(b'"'))
         if len(labels) != count:
             raise source.error(match.start(), f"zone {name} has {len(labels)} labels, not {count}")
         yield name, labels

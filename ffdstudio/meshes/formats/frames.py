@@ -1,7 +1,8 @@
 """Local frames in which a deck gives coordinates: rectangular, cylindrical, spherical.
 
 Angles are in degrees. Cylindrical coordinates are r, theta, z; spherical ones r, theta from
-the z axis, phi about it. Back in a frame, an angle is the one nearest to what the file had.
+the z axis, phi about it (S), or r, theta about it, phi from the plane of x and y (L). Back in
+a frame, an angle is the one nearest to what the file had.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ from ffdstudio.aliases import Array
 
 @dataclass(frozen=True, eq=False)
 class Frame:
-    """A frame: `kind` is R, C or S, `origin` (3,), and `axes` (3, 3) with x, y, z as rows."""
+    """A frame: `kind` is R, C, S or L, `origin` (3,), and `axes` (3, 3) with x, y, z as rows."""
 
     kind: str
     origin: Array
@@ -59,6 +60,10 @@ class Frame:
             about = _near(np.where(flat > 0, about, near[:, 1]), near[:, 1])
             return np.stack([flat, about, z], axis=1)
         size = np.hypot(flat, z)
+        if self.kind == "L":
+            up = np.where(size > 0, np.degrees(np.arctan2(z, flat)), near[:, 2])
+            about = _near(np.where(flat > 0, about, near[:, 1]), near[:, 1])
+            return np.stack([size, about, up], axis=1)
         down = np.where(size > 0, np.degrees(np.arctan2(flat, z)), near[:, 1])
         about = _near(np.where(flat > 0, about, near[:, 2]), near[:, 2])
         return np.stack([size, down, about], axis=1)
@@ -76,6 +81,8 @@ def _straight(kind: str, local: Array) -> Array:
     if kind == "C":
         t = np.radians(first)
         return np.stack([r * np.cos(t), r * np.sin(t), second], axis=1)
+    if kind == "L":
+        first, second = 90.0 - second, first
     t, p = np.radians(first), np.radians(second)
     flat = r * np.sin(t)
     return np.stack([flat * np.cos(p), flat * np.sin(p), r * np.cos(t)], axis=1)

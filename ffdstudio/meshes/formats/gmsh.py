@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from ffdstudio.aliases import Array, Indices
 from ffdstudio.meshes.formats import Progress
 from ffdstudio.meshes.formats.gmsh_periodic import Periodic, links_of
-from ffdstudio.meshes.formats.source import Source
+from ffdstudio.meshes.formats.source import Source, decoded
 from ffdstudio.meshes.mesh import Markers, Mesh, Template
 from ffdstudio.meshes.topology import Cells, dimension
 
@@ -301,7 +301,7 @@ def _physical_names(
     for line in source.data[begin:end].splitlines()[1:]:
         words = line.split(None, 2)
         if len(words) == 3 and words[0].isdigit() and words[1].lstrip(b"-").isdigit():
-            text = words[2].strip().strip(b'"').decode("utf-8", "replace")
+            text = decoded(words[2].strip().strip(b'"'))
             names[int(words[0]), int(words[1])] = text
     return names
 

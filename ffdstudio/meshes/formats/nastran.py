@@ -37,7 +37,7 @@ from ffdstudio.meshes.formats.nastran_elements import elements, unread
 from ffdstudio.meshes.formats.nastran_frames import Cord, Key, Systems, cords_of
 from ffdstudio.meshes.formats.nastran_reals import plain, sixteen
 from ffdstudio.meshes.formats.patch import changed
-from ffdstudio.meshes.formats.source import Source
+from ffdstudio.meshes.formats.source import Source, decoded
 from ffdstudio.meshes.mesh import Markers, Mesh, MeshWarning
 from ffdstudio.meshes.topology import Cells
 
@@ -240,7 +240,7 @@ def _files(path: Path, data: bytes) -> list[File]:
         end = _END.search(own.data)
         for match in _INCLUDE.finditer(own.data, 0, end.start() if end else len(own.data)):
             quoted = match[1] or match[2] or match[3] or b""
-            name = "".join(line.strip() for line in quoted.decode("utf-8", "replace").splitlines())
+            name = "".join(line.strip() for line in decoded(quoted).splitlines())
             there = located(path, own.path, name.replace("\\", "/"))
             if there is None:
                 _warn_of_missing(own.path, name)

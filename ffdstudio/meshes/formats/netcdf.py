@@ -13,7 +13,7 @@ import numpy as np
 from ffdstudio.aliases import AnyArray
 from ffdstudio.errors import InputError
 from ffdstudio.meshes.formats.cgns_nodes import HDF_ERRORS, is_inside, opened, values_of
-from ffdstudio.meshes.formats.source import Source
+from ffdstudio.meshes.formats.source import Source, decoded
 
 KINDS = {
     1: "i1",
@@ -46,7 +46,7 @@ class Variable:
     def texts(self) -> list[str]:
         """Rows of characters as text."""
         rows = np.ascontiguousarray(self.values).reshape(-1, self.shape[-1] if self.shape else 1)
-        return [row.tobytes().split(b"\0")[0].decode("utf-8", "replace").strip() for row in rows]
+        return [decoded(row.tobytes().split(b"\0")[0]).strip() for row in rows]
 
     def row(self, k: int) -> Variable:
         """Row of a table as a variable of its own."""
@@ -90,7 +90,7 @@ class _Classic:
         begin, self.at = self.at, self.at + -(-size // 4) * 4
         if self.at > len(self.source.data):
             raise self.source.failure("damaged: the file ends within its header")
-        return self.source.data[begin : begin + size].decode("utf-8", "replace")
+        return decoded(self.source.data[begin : begin + size])
 
     def _list(self, kind: int) -> int:
         tag, count = self._number(4), self._number(self.count)
@@ -108,7 +108,7 @@ class _Classic:
                 raise self.source.failure("damaged: the file ends within its header")
             if kind.kind == "S":
                 text = self.source.data[begin : begin + size]
-                found[name] = text.decode("utf-8", "replace").strip(" \0")
+                found[name] = decoded(text).strip(" \0")
         return found
 
     def _kind(self) -> np.dtype:
@@ -174,7 +174,7 @@ def _variable(source: Source, name: str, item: Any) -> Variable:
     attributes: dict[str, str] = {}
     for key in (key for key in ATTRIBUTES_USED if key in item.attrs):
         value = item.attrs[key]
-        text = value.decode("utf-8", "replace") if isinstance(value, bytes) else value
+        text = decoded(value) if isinstance(value, bytes) else value
         attributes |= {key: text} if isinstance(text, str) else {}
     place = -1 if offset is None else offset
     return Variable(name, item.shape, item.dtype, place, values, attributes)

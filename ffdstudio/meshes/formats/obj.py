@@ -20,7 +20,7 @@ from ffdstudio.meshes.formats import Progress
 from ffdstudio.meshes.formats.normals import WithNormals
 from ffdstudio.meshes.formats.number_table import line_firsts, pick_numbers, split_tokens
 from ffdstudio.meshes.formats.patch import TextTemplate, shortest
-from ffdstudio.meshes.formats.source import Source
+from ffdstudio.meshes.formats.source import Source, decoded
 from ffdstudio.meshes.mesh import Markers, Mesh
 from ffdstudio.meshes.topology import Cells
 
@@ -42,6 +42,8 @@ class Lines(NamedTuple):
         text = source.data
         if b"#" in text:
             text = _COMMENT.sub(lambda match: b" " * len(match[0]), text)
+        if b"\\" in text:  # a line goes on behind a backslash
+            text = re.sub(rb"\\\r?\n", lambda match: b" " * len(match[0]), text)
         starts, ends = split_tokens(text)
         first = line_firsts(text, starts)
         return cls(source, starts, ends, first, np.diff(np.append(first, len(starts))))
@@ -59,8 +61,6 @@ class Lines(NamedTuple):
 def read(path: Path, data: bytes, progress: Progress) -> Mesh:
     """Read an OBJ file; see `read_mesh`."""
     source = Source(path, data)
-    if b"\\\n" in data or b"\\\r\n" in data:
-        raise source.error(data.index(b"\\"), "lines continued by a backslash are not supported")
     lines = Lines.of(source)
     vertices = lines.beginning(b"v")
     _need(lines, vertices, 4, "a vertex needs x, y and z")
@@ -76,7 +76,11 @@ def read(path: Path, data: bytes, progress: Progress) -> Mesh:
     cells, order = _elements(lines, vertices)
     plain = TextTemplate(data, points, starts, ends)
     template = WithNormals(plain, "vertex normals (vn)") if len(lines.beginning(b"vn")) else plain
-    return Mesh(points, cells, _groups(lines, cells, order), template=template)
+    rows = lines.beginning(b"g")
+    markers = _groups(lines, cells, order, rows if len(rows) else lines.beginning(b"o"))
+    for name, part in _groups(lines, cells, order, lines.beginning(b"usemtl")).items():
+        markers[f"{name} (material)" if name in markers else name] = part
+    return Mesh(points, cells, markers, template=template)
 
 
 def _need(lines: Lines, chosen: Indices, words: int, message: str) -> None:
@@ -116,15 +120,13 @@ def _nodes(lines: Lines, chosen: Indices, size: int, vertices: Indices) -> Indic
     return nodes
 
 
-def _groups(lines: Lines, cells: Cells, order: dict[str, Indices]) -> Markers:
-    """Groups as markers, or objects where there are no groups."""
-    rows = lines.beginning(b"g")
-    rows = rows if len(rows) else lines.beginning(b"o")
+def _groups(lines: Lines, cells: Cells, order: dict[str, Indices], rows: Indices) -> Markers:
+    """What stands behind lines that begin a group, an object or a material, by their names."""
     members: dict[str, list[int]] = {}
     for k, row in enumerate(rows.tolist()):
         place = int(lines.starts[lines.first[row]])
-        text = lines.source.data[place + 1 : lines.source.line_end(place)]
-        members.setdefault(text.decode("utf-8", "replace").strip(), []).append(k)
+        text = lines.source.data[place : lines.source.line_end(place)].split(None, 1)[1:]
+        members.setdefault(decoded(b"".join(text)).strip(), []).append(k)
     of_cell = {kind: np.searchsorted(rows, at) - 1 for kind, at in order.items()}
     markers: Markers = {}
     for name, numbers in members.items():

@@ -50,6 +50,10 @@ def folder_of(path: Path) -> Path:
         path = path.parent
     if path.name == "polyMesh":
         return path
+    if path.parent.name == "polyMesh":  # one of its files
+        return path.parent
+    if path.name == "constant":
+        return path / "polyMesh"
     return path / "constant" / "polyMesh"
 
 
@@ -207,6 +211,7 @@ def read(path: Path, data: bytes, progress: Progress) -> Mesh:
     folder = folder_of(path)
     if not folder.is_dir():
         raise InputError(_not_there(path, folder))
+    _warn_of_others(path, folder)
     points = FoamFile.find(folder, "points")
     coordinates = _points(points)
     progress(0.3)
@@ -238,7 +243,37 @@ def _not_there(path: Path, folder: Path) -> str:
             f"{path}: this case is decomposed; reconstruct its mesh, "
             "or open the folder processorN/constant/polyMesh"
         )
+    regions = _regions(folder.parent)
+    if regions:
+        listed = " or ".join(str(region) for region in regions)
+        return f"{path}: this case has a mesh in each region: open {listed}"
     return f"{path}: there is no folder {folder}"
+
+
+def _regions(constant: Path) -> list[Path]:
+    """Meshes of the regions of a case."""
+    return sorted(found for found in constant.glob("*/polyMesh") if found.is_dir())
+
+
+def _warn_of_others(path: Path, folder: Path) -> None:
+    """Tell of points in time folders, and of regions, which are not what is opened."""
+    case = folder.parent.parent
+    newer = [found.parent.parent.name for found in case.glob("[0-9]*/polyMesh/points*")]
+    if newer and folder.parent.name == "constant":
+        warnings.warn(
+            f"{path.name}: other points of the mesh lie in the time folders "
+            f"{', '.join(sorted(newer))}; those in constant are opened",
+            MeshWarning,
+            stacklevel=3,
+        )
+    regions = _regions(folder.parent) if folder.parent.name == "constant" else []
+    if regions:
+        warnings.warn(
+            f"{path.name}: the regions {', '.join(r.parent.name for r in regions)} have meshes of "
+            "their own, which are not opened",
+            MeshWarning,
+            stacklevel=3,
+        )
 
 
 def _points(file: FoamFile) -> TextTemplate | BinaryTemplate:

@@ -95,7 +95,8 @@ class TextTemplate:
     original : numpy.ndarray
         (n, 3) coordinates as in the file.
     starts, ends : numpy.ndarray
-        (m, d) begin and end of each coordinate in `data`; d = 2 for a file without z.
+        (m, d) begin and end of each coordinate in `data`; d = 2 for a file without z, -1 where
+        a single node has no place for one.
     slots : numpy.ndarray, optional
         (m,) node of each row; by default row i is node i.
     dtype : numpy.dtype
@@ -126,6 +127,12 @@ class TextTemplate:
         """Find what changes in the file."""
         old, new = by_slot(self.original, points, self.slots, self.starts.shape[1])
         moved = changed(old, new)
+        if (moved & (self.starts < 0)).any():
+            row = int(np.flatnonzero((moved & (self.starts < 0)).any(axis=1))[0])
+            node = row if self.slots is None else int(self.slots[row])
+            raise InputError(
+                f"node {node} (counted from 0) has fewer coordinates in its file than move"
+            )
         values = rounded(new[moved], self.dtype).astype(np.float64)
         return Edits(self.starts[moved], self.ends[moved], values, self.width)
 

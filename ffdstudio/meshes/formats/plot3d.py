@@ -20,6 +20,7 @@ from ffdstudio.aliases import Array, Indices
 from ffdstudio.meshes.formats import Progress
 from ffdstudio.meshes.formats.number_table import pick_anywhere, split_tokens
 from ffdstudio.meshes.formats.patch import BinaryTemplate, TextTemplate
+from ffdstudio.meshes.formats.plot3d_repeats import Repeats, RepeatTemplate
 from ffdstudio.meshes.formats.source import Source
 from ffdstudio.meshes.formats.vtkcells import block_cells, offsets_of
 from ffdstudio.meshes.mesh import Markers, Mesh
@@ -37,6 +38,7 @@ class Reading(NamedTuple):
     order: str = ""
     real: int = 8
     marks: int = 0  # bytes of a record mark
+    apart: bool = False  # whether each coordinate is a record of its own
 
     @property
     def axes(self) -> int:
@@ -75,12 +77,11 @@ def _fits(shapes: Indices, most: int) -> bool:
 
 
 def _text(source: Source) -> Mesh:
-    repeat = source.data.find(b"*")
-    if repeat >= 0:
-        raise source.error(repeat, "repeated numbers (4*0.0) are not supported: write them out")
     starts, ends = split_tokens(source.data, b",")
     if not len(starts):
         raise source.failure("the file is empty")
+    tokens = Repeats.of(source, starts, ends)
+    starts, ends = tokens.starts, tokens.ends
     words = [source.data[starts[k] : ends[k]] for k in range(min(len(starts), 1 + 3 * MOST_BLOCKS))]
     whole = next((k for k, word in enumerate(words) if not word.isdigit()), len(words))
     numbers = np.array([int(word[:18]) for word in words[:whole]], dtype=np.int64)
@@ -91,6 +92,8 @@ def _text(source: Source) -> Mesh:
             reading = Reading(header, shapes, columns)
             if header + columns * int(reading.counts.sum()) == len(starts):
                 places = _places(reading)
+                if tokens.repeated:
+                    return _mesh(source, reading, tokens.template(places))
                 return _mesh(source, reading, _text_template(source, starts, ends, places))
     raise source.failure(f"its {len(starts)} numbers are no blocks of a PLOT3D grid")
 
@@ -125,9 +128,12 @@ def _binary(source: Source) -> Mesh:
                     continue
                 for real in (8, 4):
                     for columns in (shapes.shape[1], shapes.shape[1] + 1):
-                        reading = Reading(4 * header, shapes, columns, order, real, marks)
-                        if _size(reading) == size:
-                            return _mesh(source, reading, _binary_template(source, reading))
+                        for apart in (False, True)[: 1 + (marks > 0)]:
+                            reading = Reading(
+                                4 * header, shapes, columns, order, real, marks, apart
+                            )
+                            if _size(reading) == size:
+                                return _mesh(source, reading, _binary_template(source, reading))
     raise source.failure(f"its {size} bytes are no blocks of a PLOT3D grid")
 
 
@@ -161,18 +167,21 @@ def _begin(reading: Reading) -> Indices:
         counted = reading.header > 4 * reading.shapes.size
         first, gap = reading.header + 8 + 8 * counted + 4, 8
     blocks = np.arange(len(reading.shapes))
+    gap *= reading.columns if reading.apart else 1
     return first + offsets_of(reading.counts * _columns_size(reading))[:-1] + gap * blocks
 
 
 def _size(reading: Reading) -> int:
     last = int(_begin(reading)[-1] + reading.counts[-1] * _columns_size(reading))
-    return last + reading.marks
+    return last + reading.marks + 8 * (reading.columns - 1) * reading.apart
 
 
 def _binary_template(source: Source, reading: Reading) -> BinaryTemplate:
     dtype = np.dtype(f"{reading.order}f{reading.real}")
     parts = [
-        begin + reading.real * (count * np.arange(reading.axes) + np.arange(count)[:, None])
+        begin
+        + (reading.real * count + 8 * reading.apart) * np.arange(reading.axes)
+        + reading.real * np.arange(count)[:, None]
         for begin, count in zip(_begin(reading), reading.counts, strict=True)
     ]
     places = np.concatenate(parts)
@@ -186,7 +195,9 @@ def _binary_template(source: Source, reading: Reading) -> BinaryTemplate:
     return BinaryTemplate(source.data, _padded(points), dtype, places)
 
 
-def _mesh(source: Source, reading: Reading, template: TextTemplate | BinaryTemplate) -> Mesh:
+def _mesh(
+    source: Source, reading: Reading, template: TextTemplate | BinaryTemplate | RepeatTemplate
+) -> Mesh:
     cells: dict[str, list[Indices]] = {}
     markers: Markers = {}
     first = offsets_of(reading.counts)

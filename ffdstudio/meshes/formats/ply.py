@@ -146,15 +146,20 @@ class _Ascii:
         return TextTemplate(self.source.data, points, starts, ends, dtype=dtype)
 
     def _faces(self, element: Element, rows: Rows, part: Indices) -> Cells:
-        if not element.properties or not element.properties[0].count:
-            raise self.source.failure("the list of nodes must be a face's first property")
-        sizes = rows.values[rows.first[part]]
-        wrong = np.flatnonzero((sizes < 1) | (sizes % 1 != 0) | (sizes + 1 > rows.widths[part]))
+        before = next((k for k, prop in enumerate(element.properties) if prop.count), None)
+        if before is None:
+            raise self.source.failure("a face has no list of nodes")
+        short = np.flatnonzero(rows.widths[part] <= before)
+        if len(short):
+            raise self.source.error(int(rows.places[part[short[0]]]), "a face is incomplete")
+        sizes = rows.values[rows.first[part] + before]
+        room = rows.widths[part] - before - 1
+        wrong = np.flatnonzero((sizes < 1) | (sizes % 1 != 0) | (sizes > room))
         if len(wrong):
             raise self.source.error(int(rows.places[part[wrong[0]]]), "a face is incomplete")
         cells = {}
         for size in np.unique(sizes).astype(int).tolist():
-            where = rows.columns(size + 1, part[sizes == size])[:, 1:]
+            where = rows.columns(before + size + 1, part[sizes == size])[:, before + 1 :]
             cells[_name(size)] = rows.values[where].astype(np.int64)
         return cells
 

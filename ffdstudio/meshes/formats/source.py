@@ -53,3 +53,17 @@ def printable(text: str) -> str:
     'two lines ?'
     """
     return "".join(letter if letter.isprintable() else "?" for letter in " ".join(text.split()))
+
+
+def decoded(text: bytes) -> str:
+    """Name from a file: UTF-8 or, where it is not, the western letters of one byte.
+
+    Examples
+    --------
+    >>> decoded("Flügel".encode()), decoded("Flügel".encode("latin-1"))
+    ('Flügel', 'Flügel')
+    """
+    try:
+        return text.decode("utf-8")
+    except UnicodeDecodeError:
+        return text.decode("cp1252", "replace")

@@ -20,7 +20,7 @@ from ffdstudio.files import write_bytes
 from ffdstudio.meshes.formats import Progress
 from ffdstudio.meshes.formats.number_table import line_firsts, pick_numbers, split_tokens
 from ffdstudio.meshes.formats.patch import BinaryTemplate, Edits, TextTemplate, changed, put
-from ffdstudio.meshes.formats.source import Source
+from ffdstudio.meshes.formats.source import Source, decoded
 from ffdstudio.meshes.mesh import Markers, Mesh
 
 HEADER, RECORD = 84, 50
@@ -80,12 +80,20 @@ def read(path: Path, data: bytes, progress: Progress) -> Mesh:
     source = Source(path, data)
     if len(data) >= HEADER:
         count = struct.unpack_from("<I", data, 80)[0]
-        behind = len(data) - HEADER - RECORD * count
+        behind = behind_of(data, count)
         if behind == 0 or (0 < behind < RECORD and count and b"\0" in data[HEADER:]):
             return _read_binary(source, count)
+        many = (len(data) - HEADER) // RECORD
+        if count in (0, 2**32 - 1) and many and behind_of(data, many) == 0:  # writers of streams
+            return _read_binary(source, many)
     if not data.lstrip()[:5].lower() == b"solid":
         raise source.failure("neither an ASCII STL nor a binary one of the size that it states")
     return _read_ascii(source)
+
+
+def behind_of(data: bytes, count: int) -> int:
+    """Bytes that follow so many facets."""
+    return len(data) - HEADER - RECORD * count
 
 
 def _read_binary(source: Source, count: int) -> Mesh:
@@ -159,7 +167,7 @@ def _solids(source: Source, places: Indices, facets: Indices, triangles: Indices
     for k, (words, facet) in enumerate(begins):
         end = begins[k + 1][1] if k + 1 < len(begins) else len(triangles)
         if words[0].lower() == b"solid" and len(words) > 1 and end > facet:
-            name = words[1].strip().decode("utf-8", "replace")
+            name = decoded(words[1].strip())
             markers[name] = {"triangle": triangles[facet:end]}
     return markers
 

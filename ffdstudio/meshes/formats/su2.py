@@ -28,7 +28,7 @@ from ffdstudio.errors import InputError
 from ffdstudio.meshes.formats import Progress
 from ffdstudio.meshes.formats.number_table import Rows, read_rows
 from ffdstudio.meshes.formats.patch import TextTemplate
-from ffdstudio.meshes.formats.source import Source
+from ffdstudio.meshes.formats.source import Source, decoded
 from ffdstudio.meshes.formats.su2_sections import Su2Section, ffd_spans, sections_of, zones_of
 from ffdstudio.meshes.links import Link
 from ffdstudio.meshes.mesh import Markers, Mesh, MeshWarning
@@ -276,7 +276,7 @@ class _Reader:
         tag, kept = "", None
         for section in sections:
             if section.key in (b"MARKER_TAG", b"MARKERTAG"):
-                tag = prefix + section.value.decode("utf-8", "replace")
+                tag = prefix + decoded(section.value)
             elif section.key == b"MARKER_ELEMS":
                 kept = section
                 if self._is_empty(section):  # a keyword such as SEND_RECV= stands before them

@@ -12,21 +12,26 @@ Source: D. Marcum, "AFLR3 mesh and data formats" (UGRID).
 from __future__ import annotations
 
 import re
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from ffdstudio.aliases import AnyArray, Indices
+from ffdstudio.aliases import AnyArray, Array, Indices
+from ffdstudio.files import read_bytes, together, write_bytes
 from ffdstudio.meshes.formats import Progress
 from ffdstudio.meshes.formats.number_table import pick_numbers, split_tokens
 from ffdstudio.meshes.formats.patch import BinaryTemplate, TextTemplate
-from ffdstudio.meshes.formats.source import Source
+from ffdstudio.meshes.formats.source import Source, decoded
 from ffdstudio.meshes.mesh import Markers, Mesh
 from ffdstudio.meshes.topology import Cells
 
 TYPES = {"triangle": 3, "quad": 4, "tetra": 4, "pyramid": 5, "wedge": 6, "hexahedron": 8}
 ORDER = {"pyramid": [0, 3, 4, 1, 2]}
-_LAYOUT = re.compile(r"\.(l?)([br])([48])\.ugrid$", re.I)
+_LAYOUT = re.compile(r"\.(l?)([br])([48])(l?)\.ugrid$", re.I)
+MOST_NAMES = 1 << 20  # bytes of a file of names
+KINDS = {3000: "wall", 4000: "wall", 5000: "farfield", 5050: "farfield", 6661: "symmetry"}
+KINDS |= {6662: "symmetry", 6663: "symmetry", 6100: "periodic", 7011: "inflow", 7012: "outflow"}
 
 
 def read(path: Path, data: bytes, progress: Progress) -> Mesh:
@@ -36,7 +41,8 @@ def read(path: Path, data: bytes, progress: Progress) -> Mesh:
     if layout is None:
         return _Text(source).mesh()
     order = "<" if layout[1] else ">"
-    return _Binary(source, order, int(layout[3]), layout[2].lower() == "r").mesh()
+    wide = 8 if layout[4] else 4
+    return _Binary(source, order, int(layout[3]), layout[2].lower() == "r", wide).mesh()
 
 
 class _Reader:
@@ -66,11 +72,15 @@ class _Reader:
         numbers = {kind: self.integers(sizes[kind]) for kind in cells}
         for kind in ("tetra", "pyramid", "wedge", "hexahedron"):
             cells[kind] = self._cells(kind, sizes[kind], nodes)
+        file = _mapbc_path(self.source.path)
+        listed = read_bytes(file)[:MOST_NAMES] if file.is_file() else None
+        names, kinds = _mapbc(listed or b"")
         return Mesh(
             template.original,
             {kind: rows for kind, rows in cells.items() if len(rows)},
-            _boundaries(cells, numbers),
-            template=template,
+            _boundaries(cells, numbers, names),
+            kinds={name: kind for name, kind in kinds.items() if name in names.values()},
+            template=template if listed is None else WithMapbc(template, listed),
         )
 
     def check(self, nodes: int, many: list[int]) -> None:
@@ -86,12 +96,59 @@ class _Reader:
         return rows[:, ORDER[kind]] if kind in ORDER else rows
 
 
-def _boundaries(cells: Cells, numbers: dict[str, Indices]) -> Markers:
-    markers: Markers = {}
+def _boundaries(cells: Cells, numbers: dict[str, Indices], names: dict[int, str]) -> Markers:
+    found: dict[int, Cells] = {}
     for kind, labels in numbers.items():
         for label in np.unique(labels).tolist():
-            markers.setdefault(f"boundary {label}", {})[kind] = cells[kind][labels == label]
-    return dict(sorted(markers.items(), key=lambda item: int(item[0].split()[1])))
+            found.setdefault(label, {})[kind] = cells[kind][labels == label]
+    markers: Markers = {}
+    for label, part in sorted(found.items()):
+        name = names.get(label, f"boundary {label}")
+        markers[f"{name} ({label})" if name in markers else name] = part
+    return markers
+
+
+def _mapbc_path(path: Path) -> Path:
+    """File of the names of boundaries that belongs to a mesh."""
+    stem = re.sub(r"(\.l?[br][48]l?)?\.ugrid$", "", path.name, flags=re.I)
+    return path.with_name(f"{stem}.mapbc")
+
+
+def _mapbc(data: bytes) -> tuple[dict[int, str], dict[str, str]]:
+    """Names of the boundary numbers, and their kinds."""
+    names: dict[int, str] = {}
+    kinds: dict[str, str] = {}
+    for line in data.splitlines()[1:]:
+        words = line.split(None, 2)
+        if len(words) == 3 and words[0].isdigit() and words[1].lstrip(b"-").isdigit():
+            name = decoded(words[2]).strip()
+            names[int(words[0])] = name
+            kinds[name] = KINDS.get(abs(int(words[1])), "patch")
+    return names, kinds
+
+
+@dataclass(frozen=True, eq=False)
+class WithMapbc:
+    """A mesh with the names of its boundaries, which are written beside it if nobody did."""
+
+    template: TextTemplate | BinaryTemplate
+    names: bytes
+
+    @property
+    def original(self) -> Array:
+        """(n, 3) coordinates as in the file."""
+        return self.template.original
+
+    def patched(self, points: Array) -> bytes:
+        """Content of the mesh itself with these (n, 3) coordinates."""
+        return self.template.patched(points)
+
+    def write(self, path: Path, points: Array) -> None:
+        """Write the mesh and, where there is none, the file of names."""
+        with together():
+            self.template.write(path, points)
+            if not _mapbc_path(path).exists():
+                write_bytes(_mapbc_path(path), self.names)
 
 
 class _Text(_Reader):
@@ -120,9 +177,10 @@ class _Text(_Reader):
 class _Binary(_Reader):
     """Raw numbers; with record marks the counts are one record and all the rest another."""
 
-    def __init__(self, source: Source, order: str, real: int, marks: bool) -> None:
+    def __init__(self, source: Source, order: str, real: int, marks: bool, wide: int) -> None:
         super().__init__(source)
-        self.int, self.real = np.dtype(f"{order}i4"), np.dtype(f"{order}f{real}")
+        self.int, self.real = np.dtype(f"{order}i{wide}"), np.dtype(f"{order}f{real}")
+        self.mark = np.dtype(f"{order}i4")
         self.marks = marks
         self.at = 4 * marks
 
@@ -141,8 +199,8 @@ class _Binary(_Reader):
 
     def template(self, count: int) -> BinaryTemplate:
         if self.marks:  # end of the record of counts, begin of the next one
-            ends = self._numbers(2, self.int)
-            if ends[0] != 28:
+            ends = self._numbers(2, self.mark)
+            if ends[0] != 7 * self.int.itemsize:
                 raise self.source.failure("the record marks of this file are damaged")
         begin = self.at
         with np.errstate(invalid="ignore"):

@@ -67,7 +67,7 @@ class _Reader:
         if not self._line().startswith("# vtk DataFile"):
             raise source.error(0, "a legacy VTK file begins with '# vtk DataFile'")
         self._line()  # title
-        kind = self._line().strip().upper()
+        kind = " ".join(self._words()).upper()
         if kind not in ("ASCII", "BINARY"):
             raise source.error(self.at - 1, f"expected ASCII or BINARY, found {kind[:20]!r}")
         self.is_text = kind == "ASCII"

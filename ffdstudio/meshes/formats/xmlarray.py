@@ -15,6 +15,7 @@ import lzma
 import re
 import zlib
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -22,7 +23,8 @@ from ffdstudio.aliases import AnyArray, Indices
 from ffdstudio.meshes.formats.number_table import pick_numbers, split_tokens
 from ffdstudio.meshes.formats.source import Source
 
-COMPRESSORS = {"vtkZLibDataCompressor": zlib, "vtkLZMADataCompressor": lzma}
+LZ4 = "vtkLZ4DataCompressor"
+COMPRESSORS = ("vtkZLibDataCompressor", "vtkLZMADataCompressor", LZ4)
 TYPES = {"Int": "i", "UInt": "u", "Float": "f"}
 _TAG = re.compile(rb"<(/?)([A-Za-z]\w*)((?:[^<>\"']|\"[^\"]*\"|'[^']*')*?)(/?)>")
 _ATTRIBUTE = re.compile(rb"([A-Za-z_]\w*)\s*=\s*(?:\"([^\"]*)\"|'([^']*)')")
@@ -188,8 +190,7 @@ class DataArray:
             self.head, plain = self._take(size, length)
             self.blocks = [plain]
             return plain
-        module = COMPRESSORS.get(self.layout.compressor)
-        if module is None:
+        if self.layout.compressor not in COMPRESSORS:
             raise self._error(f"compressor {self.layout.compressor} is not supported")
         header = self._header(1)
         count = int(header[0])
@@ -215,7 +216,9 @@ class DataArray:
         if size > 1100 * len(block) + 65536:  # more than deflate can do
             raise self._error("a compressed block claims an impossible size")
         try:
-            if self.layout.compressor == "vtkZLibDataCompressor":
+            if self.layout.compressor == LZ4:
+                plain = _lz4_unpacked(block, size)
+            elif self.layout.compressor == "vtkZLibDataCompressor":
                 plain = zlib.decompressobj().decompress(block, size + 1)
             else:
                 plain = lzma.LZMADecompressor().decompress(block, size + 1)
@@ -273,4 +276,24 @@ class DataArray:
     def _packed(self, plain: bytes) -> bytes:
         if self.layout.compressor == "vtkZLibDataCompressor":
             return zlib.compress(plain)
-        return lzma.compress(plain)
+        return _lz4_packed(plain) if self.layout.compressor == LZ4 else lzma.compress(plain)
+
+
+def _lz4_unpacked(block: bytes, size: int) -> bytes:
+    """Block of so many bytes, by VTK's own library; empty if it is damaged."""
+    from vtkmodules.vtkIOCore import vtkLZ4DataCompressor
+
+    found = np.empty(max(size, 1), dtype=np.uint8)
+    packed = np.frombuffer(block, dtype=np.uint8).copy()
+    tool: Any = vtkLZ4DataCompressor()  # its signatures do not know of arrays
+    got = tool.Uncompress(packed, len(block), found, size)
+    return found[:size].tobytes() if got == size else b""
+
+
+def _lz4_packed(plain: bytes) -> bytes:
+    from vtkmodules.vtkIOCore import vtkLZ4DataCompressor
+
+    tool: Any = vtkLZ4DataCompressor()
+    room = np.empty(tool.GetMaximumCompressionSpace(len(plain)), dtype=np.uint8)
+    data = np.frombuffer(plain, dtype=np.uint8).copy()
+    return room[: tool.Compress(data, len(plain), room, len(room))].tobytes()
