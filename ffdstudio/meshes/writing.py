@@ -17,7 +17,7 @@ from ffdstudio.meshes.mesh import Mesh, MeshWarning
 from ffdstudio.meshes.topology import dimension
 from ffdstudio.paths import as_path, is_folder
 
-SURFACES = ("stl", "obj", "ply")
+SURFACES = ("stl", "obj", "ply", "off")
 
 
 def write_mesh(mesh: Mesh, path: str | os.PathLike[str], points: ArrayLike | None = None) -> None:

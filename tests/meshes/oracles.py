@@ -63,6 +63,27 @@ def ply_text(path: Path) -> np.ndarray:
     return np.array([[float(word) for word in line.split()] for line in lines])
 
 
+def off_text(path: Path) -> np.ndarray:
+    """Twelve vertices behind the counts."""
+    lines = path.read_text().split("\n12 3 0\n")[1].splitlines()[:12]
+    return np.array([[float(word) for word in line.split()[:3]] for line in lines])
+
+
+def unv_nodes(path: Path) -> np.ndarray:
+    """Columns of 25 characters of the second line of each node, as Fortran reads them."""
+    lines = path.read_text().split("  2411\n")[1].split("\n    -1\n")[0].splitlines()[1::2]
+    cut = [[line[k : k + 25].replace("D", "E") for k in (0, 25, 50)] for line in lines]
+    return np.array(cut, dtype=float)
+
+
+def med_nodes(path: Path) -> np.ndarray:
+    import h5py
+
+    with h5py.File(path) as file:
+        mesh = next(iter(file["ENS_MAA"].values()))
+        return next(iter(mesh.values()))["NOE/COO"][()].reshape(3, -1).T
+
+
 def everyday_text(path: Path) -> np.ndarray:
     """Columns of a PLOT3D block in text, counts before a star written out."""
     text = re.sub(r"(\d+)\*(\S+?)(?=[\s,]|$)", lambda m: f"{m[2]} " * int(m[1]), path.read_text())

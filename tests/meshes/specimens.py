@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from tests.meshes import everyday_specimens as everyday
+from tests.meshes import exchange_specimens as exchange
 from tests.meshes.cgns_specimens import as_adf, hexa_zone
 from tests.meshes.decks import abaqus_with_blanks, nastran_with_comments, su2_with_boxes
 from tests.meshes.fluent_specimens import fluent_hdf, fluent_sector
@@ -294,6 +295,16 @@ SPECIMENS: dict[str, Callable[[Path], None]] = {
     "blank_line.vtk": everyday.vtk_blank_line,
     "zero.stl": everyday.stl_of_a_stream,
     "most.stl": everyday.stl_of_a_stream,
+    "text.mesh": exchange.medit,
+    "binary.meshb": exchange.medit,
+    "single.meshb": lambda path: exchange.medit(path, 1),
+    "long.meshb": lambda path: exchange.medit(path, 4),
+    "plain.off": exchange.off,
+    "normals.off": lambda path: exchange.off(path, "NOFF"),
+    "box.unv": exchange.by_gmsh,
+    "quadratic.unv": lambda path: exchange.by_gmsh(path, 2),
+    "box.med": exchange.by_gmsh,
+    "quadratic.med": lambda path: exchange.by_gmsh(path, 2),
     "binary.stl": lambda path: surface(path, True),
     "ascii.stl": lambda path: surface(path, False),
     "binary.ply": lambda path: surface(path, True),

@@ -100,6 +100,11 @@ FORMATS: tuple[MeshFormat, ...] = (
     MeshFormat(
         "exodus", "Exodus II", (".exo", ".e", ".ex2", ".exii", ".g", ".gen"), "exodus", is_netcdf
     ),
+    MeshFormat("med", "MED", (".med",), "med"),
+    MeshFormat("vtk_parts", "VTK blocks and pieces", (".vtm", ".pvtu", ".pvtp"), "vtk_parts"),
+    MeshFormat("medit", "Medit", (".mesh", ".meshb"), "medit"),
+    MeshFormat("off", "OFF", (".off",), "off", new="off"),
+    MeshFormat("unv", "universal file", (".unv",), "unv"),
     MeshFormat("plot3d", "PLOT3D", PLOT3DS, "plot3d"),
     MeshFormat("ugrid", "AFLR3 UGRID", (".ugrid", *UGRIDS), "ugrid"),
     MeshFormat("cgns", "CGNS", (".cgns", ".adf"), "cgns"),
