@@ -26,6 +26,7 @@ READERS = {  # oracle -> who reads
 OWN = {  # formats of folders, of several files or of other promises: their test files and reader
     "openfoam": (["test_openfoam.py", "test_checkmesh.py"], "foamlib, checkMesh"),
     "vtk_parts": (["test_exchange_formats.py"], "VTK"),
+    "lsdyna": (["test_lsdyna.py"], "a parser of the tests"),
     "airfoil": (["test_airfoil.py"], "a parser of the tests"),
     "vtp": (["test_vtk_xml.py"], "VTK"),
     "vts": (["test_vtk_xml.py"], "VTK"),

@@ -102,6 +102,7 @@ FORMATS: tuple[MeshFormat, ...] = (
     ),
     MeshFormat("med", "MED", (".med",), "med"),
     MeshFormat("vtk_parts", "VTK blocks and pieces", (".vtm", ".pvtu", ".pvtp"), "vtk_parts"),
+    MeshFormat("lsdyna", "LS-DYNA", (".k", ".key", ".dyn"), "lsdyna"),
     MeshFormat("medit", "Medit", (".mesh", ".meshb"), "medit"),
     MeshFormat("off", "OFF", (".off",), "off", new="off"),
     MeshFormat("unv", "universal file", (".unv",), "unv"),
