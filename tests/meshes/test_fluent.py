@@ -194,3 +194,15 @@ def test_damage_in_hdf5_is_refused_with_the_cause(tmp_path, path, change, cause)
             new.attrs.update(attributes)
     with pytest.raises(InputError, match=cause):
         read_mesh(tmp_path / "a.cas.h5")
+
+
+def test_a_binary_face_of_a_negative_cell_is_refused(tmp_path):
+    path = tmp_path / "a.cas"
+    SPECIMENS["sector_double.cas"](path)
+    data = bytearray(path.read_bytes())
+    at = data.index(b"(3013 (")
+    at = data.index(b")(", at) + 2
+    data[at + 19] = 0x80  # the sign of the first cell beside the first face
+    path.write_bytes(data)
+    with pytest.raises(InputError, match="a face without cells"):
+        read_mesh(path)

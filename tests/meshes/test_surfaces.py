@@ -45,10 +45,14 @@ def test_commas_between_the_numbers_of_a_grid_stay(tmp_path):
     assert (tmp_path / "b.xyz").read_text().endswith("\n2.0,2.0,2.0,2.5\n")
 
 
-def test_repeated_numbers_of_a_grid_are_named(tmp_path):
+def test_repeated_numbers_of_a_grid_are_written_out_where_they_part(tmp_path):
     (tmp_path / "a.xyz").write_text("1\n2 2 1\n4*0.0\n4*1.0 4*2.0\n")
-    with pytest.raises(InputError, match=r"line 3: repeated numbers .* are not supported"):
-        read_mesh(tmp_path / "a.xyz")
+    mesh = read_mesh(tmp_path / "a.xyz")
+    assert mesh.points.tolist() == [[0, 1, 2]] * 4
+    points = mesh.points.copy()
+    points[1, 0] = 0.5
+    write_mesh(mesh, tmp_path / "b.xyz", points)
+    assert (tmp_path / "b.xyz").read_text() == "1\n2 2 1\n0.0 0.5 0.0 0.0\n4*1.0 4*2.0\n"
 
 
 def test_keywords_of_legacy_vtk_may_be_in_lower_case(tmp_path):

@@ -77,7 +77,7 @@ def _side(source: Source, zone: Zone, values: Indices, nodes: int) -> Side:
         raise source.error(zone.begin, f"faces of type {size} are not known")
     if flat.size and not (flat.min() >= 1 and flat.max() <= nodes):
         raise source.error(zone.begin, f"a face refers to a node that is not in 1 to {nodes}")
-    if count < 0 or ((cells == 0).all(axis=1)).any():
+    if count < 0 or (cells < 0).any() or ((cells == 0).all(axis=1)).any():
         raise source.error(zone.begin, "a face without cells")
     return Side(zone.head[0], zone.head[1], zone.word(3), flat - 1, offsets, cells)
 
