@@ -25,6 +25,7 @@ from ffdstudio.errors import InputError
 
 TABLE_BYTES = 1 << 20
 SMALL = 20000  # points that are not worth a second thread
+SUMS = 16  # partial sums over the points, of which each machine makes as many
 TASKS_PER_THREAD = 4  # so that a thread that is held up does not hold up the others
 
 
@@ -69,20 +70,20 @@ class Deformer:
 
     def displacement(self, motion: Motion, coordinates: int = 3) -> Array:
         """(n, coordinates) displacements of a motion, zero outside."""
-        out = np.zeros((len(self.points), coordinates))
+        out = np.empty((len(self.points), coordinates))
         self._displace(motion, out, copy=False)
         return out
 
     def _displace(self, motion: Motion, out: Array, copy: bool) -> None:
-        """Add the displacements to `out`, the points having been copied there before or not."""
+        """Fill `out` with the displacements, on top of the points if they are to be copied."""
         from ffdstudio.engine.kernels import displace  # numba is paid for by its users only
 
         degrees = padded(self.lattice.degrees)
         kernel = displace(*degrees)
         groups = self.groups(motion.changed)
-        fused = copy and len(groups) == 1 and self.order.chunks > 1
-        if copy and not fused:
-            np.copyto(out, self.points)
+        fused = len(groups) == 1 and self.order.chunks > 1
+        if not fused:
+            np.copyto(out, self.points if copy else 0.0)
 
         def displace_group(group: NDArray[np.intp]) -> None:
             table = CoefficientTable.of(self.cells.part(group), motion)
@@ -92,7 +93,8 @@ class Deformer:
             def displace_pieces(part: tuple[int, int]) -> None:
                 kernel(
                     *part, pieces, self.order.starts, slots, self.order.order, self.order.u,
-                    table.ends, table.kinds, table.mask, slabs, motion.step, self.points, out,
+                    table.ends, table.kinds, table.mask, slabs, motion.step, self.points, copy,
+                    out,
                 )  # fmt: skip
 
             self.share(displace_pieces, len(pieces), alone=len(groups) > 1)
@@ -105,10 +107,19 @@ class Deformer:
         most = max(TABLE_BYTES // (8 * CHANGED * len(self.cells.control)), 1)
         return [touched[k : k + most] for k in range(0, len(touched), most)]
 
+    def parts(self, pieces: int) -> list[tuple[int, int]]:
+        """Ranges that make up all the pieces, the same ones on any number of cores."""
+        count = 1 if self.order.rows < SMALL else SUMS
+        edges = np.unique(np.linspace(0, pieces, count + 1).astype(int)).tolist()
+        return list(pairwise(edges))
+
     def share(
         self, work: Callable[[tuple[int, int]], object], pieces: int, alone: bool = False
     ) -> None:
-        """Call `work` with ranges that make up all the pieces, on all cores unless `alone`."""
+        """Call `work` with ranges that make up all the pieces, on all cores unless `alone`.
+
+        For work whose result does not depend on how it is cut; see `parts`.
+        """
         alone = alone or self.order.rows < SMALL
         count = 1 if alone else threads.count() * TASKS_PER_THREAD
         edges = np.unique(np.linspace(0, pieces, count + 1).astype(int)).tolist()

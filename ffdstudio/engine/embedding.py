@@ -70,7 +70,9 @@ def embed(
     array = np.ascontiguousarray(points if known else numbers(points, "points to embed"))
     if array.ndim != 2 or array.shape[1] != 3:
         raise InputError(f"points to embed must be an array (n, 3), got {array.shape}")
-    if not np.isfinite(array).all():
+    with np.errstate(over="ignore", invalid="ignore"):
+        finite = np.isfinite(array.sum())  # one pass, without an array of its own
+    if not finite and not np.isfinite(array).all():
         row = int(np.flatnonzero(~np.isfinite(array).all(axis=1))[0])
         raise InputError(f"point {row} to embed has coordinates that are not finite numbers")
     array = array.view()

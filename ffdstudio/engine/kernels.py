@@ -64,6 +64,7 @@ def displace(p: int, q: int, r: int) -> Any:
         coefficients: np.ndarray,  # (cells, fields, slabs, slab): flat slabs
         step: float,
         points: np.ndarray,
+        copy: bool,  # rows to copy begin with their point, or with zero
         out: np.ndarray,
     ) -> None:
         t = np.zeros((3, BLOCK))
@@ -73,9 +74,13 @@ def displace(p: int, q: int, r: int) -> Any:
         values = np.zeros((8, BLOCK))
         for piece in range(first_piece, last_piece):
             for i in range(pieces[piece, 0], pieces[piece, 1]):
-                out[i, 0] = points[i, 0]
-                out[i, 1] = points[i, 1]
-                out[i, 2] = points[i, 2]
+                if copy:
+                    out[i, 0] = points[i, 0]
+                    out[i, 1] = points[i, 1]
+                    out[i, 2] = points[i, 2]
+                else:
+                    for k in range(out.shape[1]):
+                        out[i, k] = 0.0
             base = np.uint64(pieces[piece, 2])
             for segment in range(pieces[piece, 3], pieces[piece, 4]):
                 cell = slots[segment % len(slots)]
@@ -136,80 +141,6 @@ def displace(p: int, q: int, r: int) -> Any:
                                 out[row[i], k] += values[k, i]
 
     return compiled(displace)
-
-
-@cache
-def moments() -> Any:
-    """Kernel that sums sensitivities times monomials of the local coordinates, by cell.
-
-    The transpose of `displace`, for any degrees: the running index is the last direction
-    times the fields, which stand together in memory.
-    """
-
-    def moments(
-        first_piece: int,
-        last_piece: int,
-        pieces: np.ndarray,
-        starts: np.ndarray,
-        slots: np.ndarray,
-        order: np.ndarray,
-        u: np.ndarray,  # (d, m); missing directions have degree 0
-        ends: np.ndarray,  # (cells, d, 2)
-        net: np.ndarray,  # (cells, p + 1, q + 1, r + 1, 4): W and N, or no cells if W is 1
-        sensitivities: np.ndarray,  # (n, 3)
-        sums: np.ndarray,  # (cells, p + 1, q + 1, r + 1, 4): s / W and s . R / W
-    ) -> None:
-        _, n0, n1, n2, _ = sums.shape
-        powers = np.ones((3, max(n0, n1, n2)))
-        line = np.zeros(4 * n2)
-        flat_net = net.reshape(len(net), n0, n1, 4 * n2)
-        flat_sums = sums.reshape(len(sums), n0, n1, 4 * n2)
-        for piece in range(first_piece, last_piece):
-            base = pieces[piece, 2]
-            for segment in range(pieces[piece, 3], pieces[piece, 4]):
-                cell = slots[segment % len(slots)]
-                if cell < 0:
-                    continue
-                for position in range(starts[segment], starts[segment + 1]):
-                    for k in range(len(u)):
-                        low, high = ends[cell, k, 0], ends[cell, k, 1]
-                        t = 0.0
-                        if high > low:
-                            t = ((u[k, position] - low) - (high - u[k, position])) / (high - low)
-                        for i in range(1, powers.shape[1]):
-                            powers[k, i] = powers[k, i - 1] * t
-                    row = base + order[position]
-                    s0, s1, s2 = sensitivities[row, 0], sensitivities[row, 1], sensitivities[row, 2]
-                    s3 = 0.0
-                    if len(net) > 0:
-                        line[:] = 0.0
-                        for i in range(n0):
-                            for j in range(n1):
-                                factor = powers[0, i] * powers[1, j]
-                                values = flat_net[cell, i, j]
-                                for k in range(4 * n2):
-                                    line[k] += factor * values[k]
-                        w, r0, r1, r2 = 0.0, 0.0, 0.0, 0.0
-                        for k in range(n2):
-                            w += powers[2, k] * line[4 * k]
-                            r0 += powers[2, k] * line[4 * k + 1]
-                            r1 += powers[2, k] * line[4 * k + 2]
-                            r2 += powers[2, k] * line[4 * k + 3]
-                        s0, s1, s2 = s0 / w, s1 / w, s2 / w
-                        s3 = (s0 * r0 + s1 * r1 + s2 * r2) / w
-                    for k in range(n2):
-                        line[4 * k] = powers[2, k] * s0
-                        line[4 * k + 1] = powers[2, k] * s1
-                        line[4 * k + 2] = powers[2, k] * s2
-                        line[4 * k + 3] = powers[2, k] * s3
-                    for i in range(n0):
-                        for j in range(n1):
-                            factor = powers[0, i] * powers[1, j]
-                            values = flat_sums[cell, i, j]
-                            for k in range(4 * n2):
-                                values[k] += factor * line[k]
-
-    return compiled(moments)
 
 
 @cache

@@ -10,11 +10,12 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ffdstudio import threads
 from ffdstudio.aliases import Array
 from ffdstudio.engine.deformation import Deformer, check_space
 from ffdstudio.engine.knots import numbers
 from ffdstudio.engine.lattice import Lattice
-from ffdstudio.engine.polynomials import Motion, PolynomialCells
+from ffdstudio.engine.polynomials import Motion, PolynomialCells, padded
 from ffdstudio.errors import InputError
 
 
@@ -95,31 +96,34 @@ def _moments(
     rational: bool,
 ) -> Array:
     """(cells, 4, p + 1, ...) moments of s / W and s . R / W in local coordinates."""
-    from ffdstudio.engine.kernels import moments
+    from ffdstudio.engine.moments import columns, moments  # numba is paid for by its users only
 
     order = deformer.order
-    shape = [len(matrix) for matrix in cells.matrices] + [1] * (3 - len(cells.matrices))
-    net = np.empty((0, *shape, 4))
+    p, q, r = padded([len(matrix) - 1 for matrix in cells.matrices])
+    count = (q + 1) * (r + 1)
+    net = np.empty((0, 4, p + 1, count))
     if rational:
         w = weights.ravel()[cells.control]
         net = cells.polynomials(np.concatenate([w[None], w * local]))
-        net = np.moveaxis(net, 1, -1).reshape(len(group), *shape, 4).copy()
+        net = net.reshape(len(group), 4, p + 1, count)
     ends = np.ascontiguousarray(cells.ends.transpose(2, 0, 1))
     pieces, slots = order.pieces(group), order.slots(group)
-    parts: dict[int, Array] = {}
+    kernel = moments(p, q, r, rational)
+    shape = (len(group), 4, p + 1, columns(q, r))
+    sums: dict[int, Array] = {}
 
     def sum_pieces(part: tuple[int, int]) -> None:
-        parts[part[0]] = sums = np.zeros((len(group), *shape, 4))
-        moments()(
-            *part, pieces, order.starts, slots, order.order, order.u, ends, net,
-            sensitivities, sums,
+        sums[part[0]] = own = np.zeros(shape)
+        kernel(
+            *part, pieces, order.starts, slots, order.order, order.u, ends, net, sensitivities,
+            own,
         )  # fmt: skip
 
-    deformer.share(sum_pieces, len(pieces))
-    total = np.zeros((len(group), *shape, 4))
-    for first in sorted(parts):  # in one order: the same bits each time
-        total += parts[first]
-    return np.moveaxis(total, -1, 1).reshape(len(group), 4, *shape[: len(cells.matrices)])
+    threads.for_each(sum_pieces, deformer.parts(len(pieces)))
+    total = np.zeros(shape)
+    for first in sorted(sums):  # in one order: the same bits each time, on any number of cores
+        total += sums[first]
+    return total[..., :count].reshape(len(group), 4, *(len(m) for m in cells.matrices))
 
 
 def _by_control_point(cells: PolynomialCells, values: Array, count: int) -> Array:

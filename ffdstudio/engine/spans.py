@@ -18,7 +18,8 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from ffdstudio.aliases import Array
+from ffdstudio import threads
+from ffdstudio.aliases import AnyArray, Array, Indices
 from ffdstudio.engine.lattice import Lattice
 
 SMALLEST_CHUNK = 16384
@@ -44,18 +45,27 @@ class SpanOrder:
     """
 
     def __init__(self, lattice: Lattice, parameters: Array, inside: NDArray[np.bool_]) -> None:
+        from ffdstudio.engine import sorting  # numba is paid for by its users only
+
         self.rows = len(parameters)
-        lines = [direction.breaks for direction in lattice.directions]
-        sizes = [2 * len(line) - 1 for line in lines]
-        codes = _codes(lines, sizes, parameters, inside)
-        occupied = np.unique(codes[inside])
+        lines = tuple(direction.breaks for direction in lattice.directions)
+        sizes = np.array([2 * len(line) - 1 for line in lines])
+        scales = np.array([(len(line) - 1) / (line[-1] - line[0]) for line in lines])
+        whole = int(np.prod(sizes, dtype=float))
+        codes = np.empty(self.rows, np.int32 if whole < 2**31 else np.int64)
+        seen = np.zeros(whole, np.uint8)
+
+        def code(part: tuple[int, int]) -> None:
+            sorting.code_rows(*part, parameters, inside, lines, scales, sizes, codes, seen)
+
+        edges = range(0, self.rows, LARGEST_CHUNK)
+        threads.for_each(code, [(k, min(k + LARGEST_CHUNK, self.rows)) for k in edges])
+        occupied = np.flatnonzero(seen)
         self.places = np.stack(np.unravel_index(occupied, sizes), axis=1)
         self.chunk = _chunk(self.rows, len(occupied))
-        count = int(np.count_nonzero(inside))
-        self.u = np.empty((lattice.dimension, count))
-        self.order = np.empty(count, np.uint16 if self.chunk <= LARGEST_CHUNK else np.uint32)
-        self.starts = np.zeros(self.chunks * len(occupied) + 1, dtype=np.int64)
-        self._sort(parameters, inside, codes, occupied)
+        numbers = np.zeros(whole, np.int64)
+        numbers[occupied] = np.arange(len(occupied))
+        self._sort(parameters, codes, numbers)
 
     @property
     def chunks(self) -> int:
@@ -106,42 +116,28 @@ class SpanOrder:
         first = np.arange(len(low)) * self.cells
         return np.stack([low, high if copy else low, low, first, first + self.cells], axis=1)
 
-    def _sort(
-        self,
-        parameters: Array,
-        inside: NDArray[np.bool_],
-        codes: NDArray[np.integer],
-        occupied: NDArray[np.integer],
-    ) -> None:
-        counts = self.starts[1:].reshape(self.chunks, len(occupied))
-        small = np.uint16 if len(occupied) <= 65536 else np.intp  # 16 bits sort by radix
-        done = 0
-        for c, (first, last) in enumerate(self.row_ranges()):
-            rows = np.flatnonzero(inside[first:last])
-            cell = np.searchsorted(occupied, codes[first:last][rows]).astype(small)
-            rows = rows[np.argsort(cell, kind="stable")]
-            part = slice(done, done + len(rows))
-            self.order[part] = rows
-            for k in range(len(self.u)):
-                self.u[k, part] = parameters[first:last, k][rows]
-            counts[c] = np.bincount(cell, minlength=len(occupied))
-            done += len(rows)
+    def _sort(self, parameters: Array, codes: AnyArray, numbers: Indices) -> None:
+        """Bring the rows of each chunk into the order of their cells."""
+        from ffdstudio.engine import sorting
+
+        self.starts = np.zeros(self.chunks * self.cells + 1, dtype=np.int64)
+        counts = self.starts[1:].reshape(self.chunks, self.cells)
+        ranges = self.row_ranges().tolist()
+
+        def count(c: int) -> None:
+            sorting.count_cells(*ranges[c], codes, numbers, counts[c])
+
+        threads.for_each(count, range(self.chunks))
         np.cumsum(self.starts, out=self.starts)
+        self.u = np.empty((parameters.shape[1], int(self.starts[-1])))
+        small = self.chunk <= LARGEST_CHUNK
+        self.order: AnyArray = np.empty(self.u.shape[1], np.uint16 if small else np.uint32)
+        at = self.starts[:-1].reshape(self.chunks, self.cells).copy()
 
+        def place(c: int) -> None:
+            sorting.place_rows(*ranges[c], codes, numbers, at[c], parameters, self.u, self.order)
 
-def _codes(
-    lines: list[Array], sizes: list[int], parameters: Array, inside: NDArray[np.bool_]
-) -> NDArray[np.integer]:
-    """Give every row the number of its cell; rows outside get any number."""
-    kind: type[np.integer] = np.int32 if np.prod(sizes, dtype=float) < 2**31 else np.int64
-    codes: NDArray[np.integer] = np.zeros(len(parameters), dtype=kind)
-    for first in range(0, len(parameters), LARGEST_CHUNK):
-        part = slice(first, first + LARGEST_CHUNK)
-        for k, line in enumerate(lines):
-            u = np.where(inside[part], parameters[part, k], line[0])
-            place = np.searchsorted(line, u, "left") + np.searchsorted(line, u, "right") - 1
-            codes[part] = codes[part] * sizes[k] + place
-    return codes
+        threads.for_each(place, range(self.chunks))
 
 
 def _chunk(rows: int, cells: int) -> int:

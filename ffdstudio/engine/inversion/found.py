@@ -19,6 +19,14 @@ class Inversion(NamedTuple):
     iterations: NDArray[np.int16]  # (n,) evaluations of R; 0 in closed form
 
     @classmethod
+    def unfilled(cls, count: int, dimension: int) -> Inversion:
+        """Room for what a search fills for each point."""
+        return cls(
+            np.empty((count, dimension)), np.empty(count, bool), np.empty(count),
+            np.zeros(count, np.int16),
+        )  # fmt: skip
+
+    @classmethod
     def empty(cls, count: int, dimension: int) -> Inversion:
         """All points outside."""
         return cls(

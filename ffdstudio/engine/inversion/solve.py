@@ -29,10 +29,11 @@ def invert(lattice: Lattice, points: Array, method: str, tolerance: float) -> In
         raise InputError(f"method must be one of {', '.join(METHODS)}, got {method!r}")
     if not (isinstance(tolerance, Real) and 0 < tolerance < np.inf):
         raise InputError(f"the tolerance must be a positive number, got {tolerance}")
-    result = Inversion.empty(len(points), lattice.dimension)
     if lattice.frame is not None:
+        result = Inversion.empty(len(points), lattice.dimension)
         invert_in_frame(lattice, points, tolerance, result)
         return result
+    result = Inversion.unfilled(len(points), lattice.dimension)
     flat = lattice.clamped()
     net = Net.of(flat)
     affine = AffineMap.of(net)
@@ -51,13 +52,29 @@ def _invert_affine(affine: AffineMap, net: Net, points: Array, result: Inversion
     low, high = net.domain
     slack = net.slack
 
+    if affine.identity and np.array_equal(net.axes, np.eye(3)[: net.dimension]):
+        _hold_in_box(points, low, high, slack, result)
+        return
+
     def chunk(part: slice) -> None:
         y = along_axes(points[part], net.axes)
         u, away, residual = affine.invert(y, low, high)
-        inside = away <= slack
-        result.inside[part] = inside
-        result.parameters[part][inside] = u[inside]
-        result.residual[part][inside] = residual[inside]
+        result.inside[part] = inside = away <= slack
+        result.parameters[part] = np.where(inside[:, None], u, np.nan)
+        result.residual[part] = np.where(inside, residual, np.inf)
+
+    for_each(chunk, _chunks(len(points)))
+
+
+def _hold_in_box(points: Array, low: Array, high: Array, slack: float, result: Inversion) -> None:
+    """The same, where a parameter is a coordinate."""
+    from ffdstudio.engine import sorting
+
+    def chunk(part: slice) -> None:
+        sorting.hold_in_box(
+            part.start, part.stop, points, low, high, slack, result.parameters, result.inside,
+            result.residual,
+        )  # fmt: skip
 
     for_each(chunk, _chunks(len(points)))
 
