@@ -47,6 +47,8 @@ class Cylinder:
     origin, axis, start : tuple of float
         A point of the axis, its direction, and the direction of angle 0, unit vectors at right
         angles.
+    order : tuple of int
+        Which coordinate each parameter is: 0 the radius, 1 the angle, 2 the height.
 
     Examples
     --------
@@ -58,6 +60,7 @@ class Cylinder:
     origin: tuple[float, float, float]
     axis: tuple[float, float, float]
     start: tuple[float, float, float]
+    order: tuple[int, ...] = (0, 1, 2)
 
     @classmethod
     def of(
@@ -86,14 +89,17 @@ class Cylinder:
     def of_parts(cls, parts: Mapping[str, Any]) -> Cylinder:
         """Read what `parts` has made; vectors that are at right angles keep their bits."""
         triples = [_triple(parts[key], f"the {key} of a cylinder") for key in _VECTORS]
+        order = parts["order"]
+        if not isinstance(order, list | tuple) or sorted(order) not in ([0, 1], [0, 1, 2]):
+            raise InputError("the order of a cylinder's coordinates has 0, 1 and 2 once each")
         vectors = np.array(triples[1:])
         if not np.allclose(vectors @ vectors.T, np.eye(2), rtol=0, atol=1e-9):
             raise InputError("axis and start of a cylinder must be unit vectors at right angles")
-        return cls(*triples)
+        return cls(triples[0], triples[1], triples[2], tuple(order))
 
     def parts(self) -> dict[str, Any]:
-        """Kind, and the vectors as lists."""
-        return {"kind": "cylinder", **{key: list(getattr(self, key)) for key in _VECTORS}}
+        """Kind, the vectors and the order as lists."""
+        return {"kind": "cylinder", **{key: list(getattr(self, key)) for key in _KEYS}}
 
     @property
     def axes(self) -> Array:
@@ -103,33 +109,39 @@ class Cylinder:
 
     def world(self, u: Array, order: Sequence[int]) -> Array:
         """See `Frame`: derivatives turn the angle on by a quarter each."""
-        by_radius, by_angle, by_height = (*order, 0)[:3]
-        cosine, sine = _turned(u[:, 1], by_angle)
-        radius = u[:, 0] if by_radius == 0 else np.full(len(u), 1.0 if by_radius == 1 else 0.0)
+        radius, angle, height = (
+            u[:, self.order.index(k)] if k in self.order else np.zeros(len(u)) for k in range(3)
+        )
+        by_radius, by_angle, by_height = (
+            order[self.order.index(k)] if k in self.order else 0 for k in range(3)
+        )
+        cosine, sine = _turned(angle, by_angle)
+        if by_radius:
+            radius = np.full(len(u), 1.0 if by_radius == 1 else 0.0)
         local = np.zeros((len(u), 3))
         if by_height == 0:
             local[:, 0], local[:, 1] = radius * cosine, radius * sine
-        if u.shape[1] == 3 and by_radius == by_angle == 0 and by_height < 2:
-            local[:, 2] = u[:, 2] if by_height == 0 else 1.0
+        if 2 in self.order and by_radius == by_angle == 0 and by_height < 2:
+            local[:, 2] = height if by_height == 0 else 1.0
         out = local @ self.axes
         return out if any(order) else np.asarray(out + np.array(self.origin))
 
     def parameters(self, points: Array, domain: Array) -> Array:
         """See `Frame`; the angle is the one in or nearest to the domain."""
         local = (points - np.array(self.origin)) @ self.axes.T
-        u = local[:, : len(domain)].copy()
-        u[:, 0] = np.hypot(local[:, 0], local[:, 1])
-        low, high = domain[1]
-        middle = 0.5 * (low + high)
+        radius = np.hypot(local[:, 0], local[:, 1])
+        low, high = domain[self.order.index(1)]
         angle = np.arctan2(local[:, 1], local[:, 0])
-        u[:, 1] = angle - TURN * np.round((angle - middle) / TURN)
+        angle -= TURN * np.round((angle - 0.5 * (low + high)) / TURN)
         if high - low > TURN * (1 - 1e-12):  # the seam: its two ends are one place
-            u[:, 1] = np.where(u[:, 1] >= high, u[:, 1] - TURN, u[:, 1])
-            u[:, 1] = np.where(u[:, 1] < low, np.where(low - u[:, 1] < 1e-9, low, high), u[:, 1])
-        return np.asarray(u)
+            angle = np.where(angle >= high, angle - TURN, angle)
+            angle = np.where(angle < low, np.where(low - angle < 1e-9, low, high), angle)
+        coordinates = (radius, angle, local[:, 2])
+        return np.stack([coordinates[k] for k in self.order], axis=1)
 
 
 _VECTORS = ("origin", "axis", "start")
+_KEYS = (*_VECTORS, "order")
 
 
 def frame_of(parts: Mapping[str, Any]) -> Frame:
@@ -141,7 +153,7 @@ def frame_of(parts: Mapping[str, Any]) -> Frame:
         If there is no such frame or its numbers are wrong.
     """
     kind = parts.get("kind")
-    if kind != "cylinder" or set(parts) != {"kind", *_VECTORS}:
+    if kind != "cylinder" or set(parts) != {"kind", *_KEYS}:
         raise InputError(f"there is no lattice in a frame of the kind {kind!r}")
     return Cylinder.of_parts(parts)
 
@@ -178,7 +190,8 @@ def cylinder_net(frame: Cylinder, directions: Sequence[Direction]) -> Array:
     Radius and height are reproduced, the circle is interpolated at the Greville abscissae: what
     turns or scales the whole net does the same to the shape within that error.
     """
-    radial, around, *axial = directions
+    by_coordinate = [directions[frame.order.index(k)] for k in sorted(frame.order)]
+    radial, around, *axial = by_coordinate
     low, high = around.domain
     places = around.greville()
     places = low + np.mod(places - low, high - low) if around.periodic else places
@@ -189,7 +202,9 @@ def cylinder_net(frame: Cylinder, directions: Sequence[Direction]) -> Array:
     net[..., :2] = (radial.greville()[:, None, None] * circle)[:, :, None]
     net[..., 2] = heights
     points: Array = net @ frame.axes + np.array(frame.origin)
-    return points if axial else points[:, :, 0].copy()
+    if not axial:
+        points = points[:, :, 0]
+    return np.ascontiguousarray(points.transpose(*frame.order, len(frame.order)))
 
 
 def _range(ends: ArrayLike, what: str) -> tuple[float, float]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any, Self
 
 import numpy as np
@@ -296,6 +297,7 @@ class Lattice:
         """
         frame = Cylinder.of(origin, axis, start)
         directions = cylinder_directions(radii, angles, heights, shape, degrees)
+        frame = replace(frame, order=frame.order[: len(directions)])
         points = cylinder_net(frame, directions)
         new = object.__new__(cls)
         axes = frame.axes[: len(directions)]

@@ -18,12 +18,14 @@ from ffdstudio.errors import InputError
 from ffdstudio.exchange import su2
 from ffdstudio.exchange.conversion import ConversionRules, adapted
 from ffdstudio.exchange.latticefile import Exactness, LatticeFile
+from ffdstudio.exchange.su2cylinder import cylinder_lattice
 from ffdstudio.exchange.su2settings import Settings
 from ffdstudio.exchange.su2text import Box
 from ffdstudio.exchange.text import chosen, integer, naming, vector
 from ffdstudio.files import write_bytes
 from ffdstudio.limits import check_control_points
 
+MOVES = "SU2 blends motions in radius, angle and x, here they are blended in x, y, z"
 RULES = ConversionRules("an SU2 configuration", dimensions=(2, 3), uniform=True, weights=False)
 
 
@@ -83,12 +85,16 @@ def read(data: bytes, name: str, block: int | str | None = None) -> LatticeFile:
     index = chosen(tags, block, name, "FFD box")
     corners = vector(boxes[index][1:], name).reshape(8, 3)
     counts = [integer(word, name, "FFD_DEGREE") + 1 for word in degrees[index]]
-    settings = Settings(text, name)
-    settings.check_coordinates()
-    rest = _lattice(tags[index], corners, counts, _orders(text, name), name)
+    settings, orders = Settings(text, name), _orders(text, name)
+    around = settings.coordinates() == "CYLINDRICAL"
+    if around:
+        with naming(f"{name}: FFD box {tags[index]}"):
+            rest = cylinder_lattice(corners, counts, orders, settings.axis())
+    else:
+        rest = _lattice(tags[index], corners, counts, orders, name)
     hold = settings.held(rest.shape)
     current, moves_lost = settings.moved(rest, tags[index], hold)
-    lost = (*hold.lost, *moves_lost)
+    lost = (*hold.lost, *moves_lost, *([MOVES] if around else []))
     note = "SU2 has not set this box up: it is spanned by its corners"
     exactness = Exactness(not lost, "; ".join([note, *lost]))
     return LatticeFile(

@@ -5,7 +5,7 @@
    hold planes where the box cuts a surface, which the configuration alone does not tell.
 2. ``DV_KIND= FFD_CONTROL_POINT`` with ``DV_PARAM`` and ``DV_VALUE`` move control points; -1 as an
    index means all of that direction. Points in held planes stay, as in SU2.
-3. Corners in other coordinates than Cartesian ones are no points: such a box is refused.
+3. Boxes in spherical and polar coordinates are refused; `su2cylinder` reads cylindrical ones.
 """
 
 from __future__ import annotations
@@ -16,8 +16,10 @@ from itertools import product
 
 import numpy as np
 
+from ffdstudio.aliases import Array
 from ffdstudio.engine import Lattice
 from ffdstudio.errors import InputError
+from ffdstudio.exchange.su2cylinder import in_space
 from ffdstudio.exchange.text import integer, real, shown
 
 KINDS = {b"FFD_CONTROL_POINT": 3, b"FFD_CONTROL_POINT_2D": 2}  # indices, and components
@@ -55,14 +57,22 @@ class Settings:
         found = re.search(rb"^\s*" + key + rb"\s*=([^\n]*)", self.text, re.MULTILINE)
         return found[1].strip() if found else b""
 
-    def check_coordinates(self) -> None:
-        """Refuse boxes whose corners are no points in space."""
-        system = self.value(b"FFD_COORD_SYSTEM").upper()
-        if system and system != b"CARTESIAN":
+    def coordinates(self) -> str:
+        """The coordinates that SU2 spans boxes in; `InputError` if they are not read."""
+        system = self.value(b"FFD_COORD_SYSTEM").upper() or b"CARTESIAN"
+        if system not in (b"CARTESIAN", b"CYLINDRICAL"):
             raise InputError(
-                f"{self.name}: FFD_COORD_SYSTEM= {shown(system)} is not read: the corners of such "
-                "a box are angles and radii; only CARTESIAN ones are"
+                f"{self.name}: FFD_COORD_SYSTEM= {shown(system)} is not read: SU2 spans such a box "
+                "in angles; only CARTESIAN and CYLINDRICAL ones are"
             )
+        return system.decode()
+
+    def axis(self) -> Array:
+        """(3,) point that the axis of cylindrical coordinates goes through."""
+        words = self.value(b"FFD_AXIS").strip(b"() ").replace(b",", b" ").split() or [b"0"] * 3
+        if len(words) != 3:
+            raise InputError(f"{self.name}: FFD_AXIS needs three numbers")
+        return np.array([real(word, self.name) for word in words])
 
     def held(self, shape: tuple[int, ...]) -> Hold:
         """What is held of a box with so many control points in each direction."""
@@ -110,18 +120,20 @@ class Settings:
                 f"DV_VALUE is lost: {len(kinds)} DV_KIND, {len(params)} DV_PARAM and {len(values)} "
                 "values do not belong together",
             )
-        net, lost = rest.control_points.copy(), []
+        steps, lost = np.zeros_like(rest.control_points), []
         for kind, words, value in zip(kinds, params, values, strict=True):
             if value == 0 or (words and words[0].decode("utf-8", "replace") != tag):
                 continue
             if kind not in KINDS:
                 lost.append(f"DV_KIND= {kind[:30].decode('ascii', 'replace')} is lost")
                 continue
-            self._move(net, rest.shape, KINDS[kind], words[1:], value, hold)
-        return rest.moved(net), tuple(dict.fromkeys(lost))
+            self._move(steps, rest.shape, KINDS[kind], words[1:], value, hold)
+        if rest.frame is not None:
+            steps = in_space(rest, steps)
+        return rest.moved(rest.control_points + steps), tuple(dict.fromkeys(lost))
 
     def _move(
-        self, net: np.ndarray, shape: tuple[int, ...], axes: int, words: list[bytes], value: float,
+        self, steps: np.ndarray, shape: tuple[int, ...], axes: int, words: list[bytes], value: float,
         hold: Hold,
     ) -> None:  # fmt: skip
         if len(words) != 2 * axes:
@@ -140,7 +152,7 @@ class Settings:
         lines = [range(n) if i == -1 else (i,) for i, n in zip(index, shape, strict=False)]
         for point in product(*lines):
             if not any(i in planes for i, planes in zip(point, hold.planes, strict=False)):
-                net[point] += value * vector
+                steps[point] += value * vector
 
 
 def layers_of(planes: tuple[frozenset[int], ...], shape: tuple[int, ...]) -> Hold:

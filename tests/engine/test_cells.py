@@ -43,7 +43,7 @@ def test_a_weighted_box_holds_the_points_of_the_box_and_no_others(name):
 @pytest.mark.parametrize("name", hard_nets())
 def test_few_cells_are_made_at_first_whatever_the_net(name):
     net = Net.of(hard_nets()[name]).padded()
-    made, bent = cells.cut(net)
+    made, bent, _ = cells.cut(net)
     spans = np.prod([len(np.unique(u)) - 1 for u in net.knots])
     assert len(made.bend) <= spans + cells.AT_FIRST
     assert sum(part.nbytes for part in (*made, *bent)) < 2 * cells.ROOM
@@ -65,7 +65,7 @@ def test_what_a_point_gets_does_not_depend_on_the_halves_made_for_others(name):
 def test_halves_that_no_longer_fit_are_thrown_away_and_made_again():
     lattice = hard_nets()["pulled"]
     x = np.random.default_rng(4).uniform(-0.1, 1.5, (3000, 3))
-    _, bent = cells.cut(Net.of(lattice).padded())
+    _, bent, _ = cells.cut(Net.of(lattice).padded())
     tree = descent.new_tree(bent)
     assert len(tree.pool.bend) < len(bent.control) + 2 * descent.BUDGET + 4000  # they run out
     found = embed(lattice, x)
@@ -78,7 +78,7 @@ def test_halves_that_no_longer_fit_are_thrown_away_and_made_again():
 )
 def test_a_cell_lies_in_its_bounds_and_bends_no_more_than_it_says(make):
     lattice = make()
-    made, _ = cells.cut(Net.of(lattice))
+    made, _, _ = cells.cut(Net.of(lattice))
     rng = np.random.default_rng(5)
     flat = lattice.control_points.reshape(-1, 3)
     for c in rng.choice(len(made.bend), 20):
@@ -98,5 +98,5 @@ def test_a_cell_lies_in_its_bounds_and_bends_no_more_than_it_says(make):
 
 
 def test_straight_cells_are_never_halved_again():
-    made, bent = cells.cut(Net.of(random_lattice(np.random.default_rng(0), spread=0.01)))
+    made, bent, _ = cells.cut(Net.of(random_lattice(np.random.default_rng(0), spread=0.01)))
     assert ((bent.place >= 0) == (made.bend > cells.BEND)).all()

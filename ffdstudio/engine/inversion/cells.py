@@ -12,11 +12,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ffdstudio.aliases import Array
+from ffdstudio.aliases import Array, Indices
 from ffdstudio.engine import transfer
 from ffdstudio.engine.inversion.bezier import sample_rows
 from ffdstudio.engine.inversion.cutting import BEND, Pool, cut_all
 from ffdstudio.engine.inversion.net import Net
+from ffdstudio.engine.inversion.pieces import Pieces, pieces_of
 
 AT_FIRST = 1000  # cells beyond one a span
 ROOM = 1 << 25  # bytes of control points that may be in use beyond those of the spans
@@ -47,10 +48,11 @@ class Bent(NamedTuple):
     rows: Array  # see `sample_rows`
 
 
-def cut(net: Net) -> tuple[SpanCells, Bent]:
-    """Cut a padded net into cells."""
+def cut(net: Net) -> tuple[SpanCells, Bent, Pieces | None]:
+    """Cut a padded net into cells; also what its spans are as polynomials."""
     rows = sample_rows(net.degrees)
     pool, count = _spans(net)
+    pieces = pieces_of(pool.control[:count], pool.middle[:count], pool.half[:count])
     count = cut_all(pool, count, rows)
     lower, upper, low, high = (pool.box[:count, k].copy() for k in range(4))
     cells = SpanCells(
@@ -61,7 +63,19 @@ def cut(net: Net) -> tuple[SpanCells, Bent]:
     bent = np.flatnonzero(cells.bend > BEND)
     place = np.full(count, -1)
     place[bent] = np.arange(len(bent))
-    return cells, Bent(place, pool.control[bent], pool.axis[bent], pool.level[bent], rows)
+    if pieces is not None:
+        pieces = pieces._replace(of_cell=_span_numbers(net, cells.span))
+    return cells, Bent(place, pool.control[bent], pool.axis[bent], pool.level[bent], rows), pieces
+
+
+def _span_numbers(net: Net, spans: Indices) -> Indices:
+    """Number of the span of each cell, the last direction running fastest."""
+    number = np.zeros(len(spans), np.int64)
+    for k, u in enumerate(net.knots):
+        ends = np.unique(u)
+        place = np.searchsorted(ends, u[spans[:, k]])
+        number = number * (len(ends) - 1) + place
+    return number
 
 
 def _spans(net: Net) -> tuple[Pool, int]:

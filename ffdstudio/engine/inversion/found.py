@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ffdstudio.aliases import Array
+from ffdstudio.aliases import Array, Indices
 
 
 class Inversion(NamedTuple):
@@ -41,3 +41,8 @@ class Inversion(NamedTuple):
         return Inversion(
             self.parameters[rows], self.inside[rows], self.residual[rows], self.iterations[rows]
         )
+
+    def put(self, rows: Indices, other: Inversion) -> None:
+        """Write the rows of another one into some rows of this."""
+        self.parameters[rows], self.inside[rows] = other.parameters, other.inside
+        self.residual[rows], self.iterations[rows] = other.residual, other.iterations

@@ -20,7 +20,7 @@ from ffdstudio.engine.inversion.searches import search
 
 
 @compiled
-def _candidates(x: Array, bins: Any, cells: Any, slack: float, passed: Array, found: Index) -> int:
+def candidates(x: Array, bins: Any, cells: Any, slack: float, passed: Array, found: Index) -> int:
     """Cells whose bounds hold x, those that should hold it by their frame first."""
     lower, upper, per_length, shape, first, listed = bins
     _, _, _, centres, inverses, lows, highs, _ = cells
@@ -84,7 +84,7 @@ def invert_points(
         inside[n], residual[n], iterations[n] = False, np.inf, 0
         for k in range(dimension):
             parameters[n, k] = np.nan
-        count = _candidates(x, bins, cells, slack, order, found)
+        count = candidates(x, bins, cells, slack, order, found)
         error, spent, slot, top, budget = -1.0, 0, 0, 0, BUDGET
         while error < 0.0:
             if slot < count:

@@ -16,6 +16,7 @@ from ffdstudio.aliases import Array
 from ffdstudio.engine.inversion.bins import Bins, sort_into_bins
 from ffdstudio.engine.inversion.cells import Bent, cut
 from ffdstudio.engine.inversion.cutting import BEND
+from ffdstudio.engine.inversion.pieces import Pieces
 from ffdstudio.engine.inversion.tangle import refuse_tangled
 from ffdstudio.errors import InputError
 
@@ -39,6 +40,7 @@ class Prepared(NamedTuple):
     regular: float  # bend up to which the map is one-to-one in a cell
     longest: int  # cells in the longest list of a bin
     bent: Bent  # what it takes to halve cells further
+    pieces: Pieces | None  # None where points are searched for one by one
 
 
 def prepared(lattice: Lattice, net: Net) -> Prepared:
@@ -63,7 +65,7 @@ def _prepare(net: Net) -> Prepared:
     centre = 0.5 * (flat.min(axis=0) + flat.max(axis=0))
     knots = tuple(u - u[0] for u in padded.knots)  # new arrays, writeable: one type for numba
     padded = padded._replace(points=padded.points - centre, knots=knots)
-    cells, bent = cut(padded)
+    cells, bent, pieces = cut(padded)
     bins = sort_into_bins(cells, net.slack)
     axes = np.zeros((3, 3))
     axes[: net.dimension] = net.axes
@@ -76,7 +78,7 @@ def _prepare(net: Net) -> Prepared:
     )  # fmt: skip
     return Prepared(
         (homogeneous, knots, padded.degrees), frames, bins, axes, centre,
-        net.domain[0], net.slack, BEND, max(1, int(np.diff(bins.first).max())), bent,
+        net.domain[0], net.slack, BEND, max(1, int(np.diff(bins.first).max())), bent, pieces,
     )  # fmt: skip
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ffdstudio.aliases import Array
+from ffdstudio.aliases import Array, Indices
 from ffdstudio.engine.inversion.affine import AffineMap
 from ffdstudio.engine.inversion.found import Inversion
 from ffdstudio.engine.inversion.in_frame import invert_in_frame
@@ -16,6 +16,8 @@ from ffdstudio.errors import InputError
 from ffdstudio.threads import for_each
 
 if TYPE_CHECKING:
+    from ffdstudio.engine.inversion.pieces import Pieces
+    from ffdstudio.engine.inversion.prepare import Prepared
     from ffdstudio.engine.lattice import Lattice
 
 METHODS = ("newton", "secant", "octree", "golden")
@@ -88,16 +90,48 @@ def _search(
     ready = prepared(lattice, net)
     goal = max(tolerance, ROUNDING) * net.diagonal
 
-    def chunk(part: slice) -> None:
+    def search(x: Array, own: Inversion) -> None:
         kernels.invert_points(
-            method, *ready.spline, ready.frames, ready.bins, points[part], ready.axes,
-            ready.centre, goal, ready.slack, ready.regular, ready.longest,
-            ready.bent, *(array[part] for array in result),
+            method, *ready.spline, ready.frames, ready.bins, x, ready.axes, ready.centre, goal,
+            ready.slack, ready.regular, ready.longest, ready.bent, *own,
         )  # fmt: skip
-        found = result.parameters[part]
+
+    def chunk(part: slice) -> None:
+        own = result.part(part)
+        if METHODS[method] == "newton" and ready.pieces is not None:
+            left = _in_blocks(ready, ready.pieces, points[part], goal, own)
+            if len(left):
+                rest = Inversion.unfilled(len(left), net.dimension)
+                search(points[part][left], rest)
+                own.put(left, rest)
+        else:
+            search(points[part], own)
+        found = own.parameters
         np.clip(found + ready.start, *net.domain, out=found)  # rounded, it may pass the last knot
 
     for_each(chunk, _chunks(len(points)))
+
+
+def _in_blocks(
+    ready: Prepared, pieces: Pieces, points: Array, goal: float, own: Inversion
+) -> Indices:
+    """Fill what Newton finds in whole blocks of points; return the rows that are left."""
+    from ffdstudio.engine.inversion import blocks
+
+    count = len(points)
+    x, t, error = np.empty((count, 3)), np.zeros((count, 3)), np.empty(count)
+    span, order = np.empty(count, np.int64), np.empty(count, np.int64)
+    starts = np.empty(len(pieces.origin) + 1, np.int64)
+    q, r = ready.spline[2][1:]
+    blocks.begin(
+        points, ready.axes, ready.centre, ready.frames, ready.bins, pieces, ready.slack,
+        ready.longest, x, t, span,
+    )  # fmt: skip
+    blocks.sort_by_span(span, starts, order)
+    own.iterations[:] = 0
+    blocks.newton_in_blocks(starts, order, x, t, pieces, q, r, goal, error, own.iterations)
+    blocks.end(error, t, span, pieces, own.parameters, own.inside, own.residual)
+    return np.flatnonzero(~own.inside & (span >= 0))
 
 
 def _chunks(count: int) -> list[slice]:
