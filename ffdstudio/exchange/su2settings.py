@@ -133,7 +133,7 @@ class Settings:
         return rest.moved(rest.control_points + steps), tuple(dict.fromkeys(lost))
 
     def _move(
-        self, steps: np.ndarray, shape: tuple[int, ...], axes: int, words: list[bytes], value: float,
+        self, steps: Array, shape: tuple[int, ...], axes: int, words: list[bytes], value: float,
         hold: Hold,
     ) -> None:  # fmt: skip
         if len(words) != 2 * axes:

@@ -59,8 +59,8 @@ def test_without_a_word_the_same_corners_span_a_straight_box(tmp_path):
 @pytest.mark.parametrize(
     ("lines", "points", "words"),
     [
-        (["FFD_COORD_SYSTEM= SPHERICAL"], corners(), "FFD_COORD_SYSTEM= SPHERICAL is not read"),
-        (["FFD_COORD_SYSTEM= POLAR"], corners(), "POLAR is not read"),
+        (["FFD_COORD_SYSTEM= SPHERICAL"], corners(), "SPHERICAL' is not read"),
+        (["FFD_COORD_SYSTEM= POLAR"], corners(), "POLAR' is not read"),
         (["FFD_COORD_SYSTEM= CYLINDRICAL"], corners() + [0, 0.1, 0], "span no box there"),
         (["FFD_COORD_SYSTEM= CYLINDRICAL"], corners()[::-1], "must grow along"),
         (["FFD_COORD_SYSTEM= CYLINDRICAL", "FFD_AXIS= (0.0)"], corners(), "three numbers"),
