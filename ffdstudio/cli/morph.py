@@ -185,7 +185,7 @@ def edited(
     if frozen is None:
         mask = frozen_mask(rest.shape, content.frozen, content.open_faces)
     else:
-        mask = frozen_mask(rest.shape, frozen)
+        mask = frozen_mask(rest.shape, frozen, rest.seams)
     points[mask], values[mask] = rest.control_points[mask], rest.weights[mask]
     return rest, rest.moved(points, values), [text for index, text in told if mask[index]]
 

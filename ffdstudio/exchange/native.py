@@ -44,7 +44,7 @@ def read(data: bytes, name: str, block: int | str | None = None) -> LatticeFile:
         rest, current = (_lattice(values, key, shape, degrees, name) for key in ("rest", "current"))
         frozen = field(values, "frozen_layers", int, name)
         units, faces = field(values, "units", str, name), _faces(values, name)
-        return LatticeFile(rest, current, frozen, units, format=NAME, open_faces=faces)
+        return LatticeFile(rest, current, frozen, faces, units=units, format=NAME)
 
 
 def write(path: Path, content: LatticeFile) -> Exactness:

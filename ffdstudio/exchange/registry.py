@@ -161,7 +161,7 @@ def write_lattice(
     if adapt not in ("refuse", "exact", "resample"):
         raise InputError(f'adapt must be "refuse", "exact" or "resample", got {adapt!r}')
     now, faces = rest if current is None else current, tuple(open_faces)
-    content = LatticeFile(rest, now, frozen, units, open_faces=faces)
+    content = LatticeFile(rest, now, frozen, faces, units=units)
     target = as_path(path)
     row = _named(target)
     for option in options.keys() - set(row.options):

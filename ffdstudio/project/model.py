@@ -18,11 +18,8 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Self, TypeVar
 
-import numpy as np
-from numpy.typing import NDArray
-
 from ffdstudio.engine import Lattice
-from ffdstudio.engine.frozen import frozen_mask
+from ffdstudio.engine.context import LatticeContext
 from ffdstudio.errors import InputError
 
 if TYPE_CHECKING:
@@ -69,19 +66,13 @@ class Body:
     boxes: str = "update"
 
 
-@dataclass(frozen=True, eq=False)
-class LatticeItem:
-    """A lattice in the scene.
+@dataclass(frozen=True, eq=False, kw_only=True)
+class LatticeItem(LatticeContext):
+    """A lattice in the scene: a `LatticeContext`, and what the scene knows of it.
 
     Attributes
     ----------
-    key, name : str
-    rest, current : Lattice
-        Of the same degrees and knots.
-    frozen : int
-        Outermost layers of control points that do not move, on every face but the open ones.
-    open_faces : tuple of tuple of int
-        Direction and side, 0 or 1, of faces where the mesh ends, such as at a symmetry plane.
+    key : str
     visible, enabled : bool
         Whether it is drawn; whether it deforms.
     shapes : mapping of str to Lattice
@@ -91,25 +82,10 @@ class LatticeItem:
     """
 
     key: str
-    name: str
-    rest: Lattice
-    current: Lattice
-    frozen: int = 0
     visible: bool = True
     enabled: bool = True
     shapes: Mapping[str, Lattice] = field(default_factory=lambda: NO_SHAPES)
     coarser: Lattice | None = None
-    open_faces: tuple[Index, ...] = ()
-
-    @property
-    def deformed(self) -> bool:
-        """Whether any control point or weight differs from the rest."""
-        return self.current is not self.rest and self.current != self.rest
-
-    @property
-    def frozen_mask(self) -> NDArray[np.bool_]:
-        """Bool array of the net's shape, true in the frozen layers."""
-        return frozen_mask(self.rest.shape, self.frozen, self.open_faces)
 
 
 @dataclass(frozen=True, eq=False)

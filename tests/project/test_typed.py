@@ -104,7 +104,7 @@ def test_transforms_are_scipys_rotation_and_plain_scaling(document: Document) ->
 
 def item(frozen: int = 0, shape: tuple[int, ...] = (5, 4, 4)) -> LatticeItem:
     box = c.CreateBox("Box", (-1.0, 0.0, 0.0), (1.0, 1.0, 1.0), shape, (3, 3, 3)).lattice
-    return LatticeItem("lattice1", "Box", box, box, frozen)
+    return LatticeItem(box, box, frozen, name="Box", key="lattice1")
 
 
 @pytest.mark.parametrize("profile", sorted(PROFILES))

@@ -106,7 +106,7 @@ class FreezeLayers(Command):
         item = model.lattice(self.item)
         moved = (item.current.control_points != item.rest.control_points).any(axis=-1)
         changed = moved | (item.current.weights != item.rest.weights)
-        return int((changed & frozen_mask(item.rest.shape, self.layers)).sum())
+        return int((changed & frozen_mask(item.rest.shape, self.layers, item.open_faces)).sum())
 
     def label(self, model: Model) -> str:
         lost, text = (

@@ -82,7 +82,7 @@ class CreateBox(Command):
         box = self.lattice
         key, name = model.new_key("lattice"), model.free_name(self.name)
         faces = self.open_faces
-        return model.plus(LatticeItem(key, name, box, box, self.frozen, open_faces=faces))
+        return model.plus(LatticeItem(box, box, self.frozen, faces, name, key=key))
 
     def label(self, model: Model) -> str:
         return f"Create {self.name} " + "×".join(str(n) for n in self.shape)
@@ -126,16 +126,17 @@ class AddLattice(Command):
     open_faces: tuple[Index, ...] = ()
 
     def apply(self, model: Model) -> Model:
-        frozen_mask(self.rest.shape, self.frozen, self.open_faces)
         for lattice in (self.current, *dict(self.shapes).values()):
             if not lattice.same_space(self.rest) or lattice.shape != self.rest.shape:
                 raise InputError(f"the states of lattice {self.name} have different knots")
         key, name = model.new_key("lattice"), model.free_name(self.name)
         same = self.current == self.rest  # one object, so that undeformed is seen at once
         current = self.rest if same else self.current
-        states = (self.rest, current, self.frozen, self.visible, self.enabled)
-        shapes, faces = dict(self.shapes), self.open_faces
-        return model.plus(LatticeItem(key, name, *states, shapes=shapes, open_faces=faces))
+        item = LatticeItem(
+            self.rest, current, self.frozen, self.open_faces, name, key=key,
+            visible=self.visible, enabled=self.enabled, shapes=dict(self.shapes),
+        )  # fmt: skip
+        return model.plus(item)
 
     def label(self, model: Model) -> str:
         return f"Add {self.name}"
