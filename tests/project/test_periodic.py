@@ -6,6 +6,7 @@ import numpy as np
 
 from ffdstudio import Lattice, write_lattice
 from ffdstudio.optimize.runs.record import pack, unpack
+from ffdstudio.project.checks.deformation_warnings import parted_seams
 from ffdstudio.project.commands import FreezeLayers, InsertKnots, MovePoints
 from ffdstudio.project.document import Document
 from ffdstudio.project.files.command_codec import READERS, lattice_out
@@ -43,3 +44,18 @@ def test_journals_and_records_of_studies_say_all_of_a_ring():
     for lattice in (ring, turned, ring.clamped()):
         assert READERS["Lattice"](json.loads(json.dumps(lattice_out(lattice)))) == lattice
         assert unpack(json.loads(json.dumps(pack(lattice)))) == lattice
+
+
+def test_the_ends_of_a_clamped_ring_that_move_apart_are_told():
+    ring = Lattice.cylinder((0.4, 1.1), heights=(0, 1), shape=(4, 9, 3))
+    for lattice, column, said in [(ring.clamped(), 0, True), (ring.clamped(), 4, False),
+                                  (ring, 0, False), (ring, 8, False)]:  # fmt: skip
+        net = lattice.control_points.copy()
+        net[:, column] += 0.05
+        told = parted_seams(lattice, lattice.moved(net))
+        assert bool(told) == said
+    both = ring.clamped().control_points.copy()
+    both[:, [0, -1]] += 0.05
+    assert parted_seams(ring.clamped(), ring.clamped().moved(both)) == []
+    box = Lattice.box([0, 0], [1, 1], shape=(4, 4))
+    assert parted_seams(box, box.moved(box.control_points**2)) == []
