@@ -101,3 +101,17 @@ def test_rules_that_leave_nothing_are_refused():
         DesignSpace.of(BOX, Rules(frozen=2))
     with pytest.raises(InputError, match="no control point"):
         DesignSpace.of(BOX, Rules(fixed=((9, 0, 0),)))
+
+
+def test_a_ring_is_moved_by_studies_and_refined_in_its_other_directions_alone():
+    ring = ffd.Lattice.cylinder((1, 2), shape=(4, 8))
+    space = DesignSpace.of(ring, Rules(directions=ALL[:2]))
+    assert space.size == 2 * ring.weights.size
+    with pytest.raises(InputError, match="direction j is periodic: studies do not refine it"):
+        space.refined(Insertion(1, 0.3))
+    finer, carry = space.refined(Insertion(0, 1.5))
+    y = 0.01 * np.random.default_rng(0).normal(size=space.size)
+    uvw = np.random.default_rng(1).uniform(*ring.domain.T, (40, 2))
+    np.testing.assert_allclose(
+        space.at(y).evaluate(uvw), finer.at(carry @ y).evaluate(uvw), atol=1e-13
+    )

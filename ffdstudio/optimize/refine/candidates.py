@@ -80,7 +80,7 @@ def candidates(
     space, found = level.space, []
     room = len(level.points) / guards.points_per_variable - space.size
     for axis in axes:
-        if not space.rules.refinable(axis):
+        if not space.rules.refinable(axis) or space.rest.periodic[axis]:
             continue
         blocks = _Blocks(level, axis)
         lines: list[int | None] = [None]

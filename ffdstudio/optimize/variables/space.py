@@ -117,6 +117,8 @@ class DesignSpace:
         InputError
             If the rules allow no refinement in that direction.
         """
+        if self.rest.periodic[new.axis]:
+            raise InputError(f"direction {'ijk'[new.axis]} is periodic: studies do not refine it")
         new = replace(new, knot=joined(self.rest.knots[new.axis], new.knot))
         if not self.rules.refinable(new.axis):
             raise InputError(f"direction {'ijk'[new.axis]} is mirrored or linked, not to refine")
