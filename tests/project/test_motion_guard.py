@@ -185,3 +185,4 @@ def test_where_a_worker_has_to_be_asked_a_drag_waits_and_never_runs_ahead(docume
         done(work(lambda fraction, text: None))
     assert tools.feedback.verdict.held
     assert not np.allclose(document.model.active_lattice.current.control_points, before)
+    tools.cancel()
