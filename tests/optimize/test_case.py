@@ -191,3 +191,26 @@ def test_a_file_is_named_in_what_is_said_about_it(tmp_path):
     path.write_text(FLOW.replace("[5, 2]", "[5, 1]"))
     with pytest.raises(InputError, match=r"wrong\.toml: \[lattice\] shape"):
         read_case(path)
+
+
+def test_costs_of_flows_get_the_flow_metric_and_others_on_request(tmp_path):
+    (tmp_path / "case.toml").write_text(FLOW)
+    assert read_case(tmp_path / "case.toml").task.metric == "flow"
+    distance = changed(FLOW, "method", 'name = "lbfgs"\nmetric = "flow"\nangle = 3.0')
+    distance["objective"] = {"kind": "contour", "target": "naca2412"}
+    case = build(distance, tmp_path, None, False)
+    history = case.study.run()
+    assert history.iterates[0].flow == 4  # one flow at 3 degrees and its response
+    assert history.iterates[-1].cost < 1e-2 * history.iterates[0].cost
+    del distance["method"]
+    assert build(distance, tmp_path, None, False).task.metric == "h1"
+
+
+def test_a_relocation_may_be_repeated(tmp_path):
+    for often in ("true", "2"):
+        values = changed(FLOW, "refinement", f"variables = 14\nrounds = 3\nrelocate = {often}")
+        assert (
+            build(values, tmp_path, None, False).study.refinement.relocate == int(often == "2") + 1
+        )
+    with pytest.raises(InputError, match="relocate must be true, false or how often"):
+        build(changed(FLOW, "refinement", "variables = 14\nrelocate = -1"), tmp_path, None, False)

@@ -2,6 +2,11 @@ import numpy as np
 import pytest
 
 from ffdstudio.errors import InputError
+from ffdstudio.optimize.flow.panel import PanelFlow
+from ffdstudio.optimize.flow.response import SectionResponse, pressure_response
+from ffdstudio.optimize.geometry.chord import Chord
+from ffdstudio.optimize.geometry.sections import sampled
+from ffdstudio.optimize.metrics.flow import Flow
 from ffdstudio.optimize.metrics.h1 import H1
 from ffdstudio.optimize.metrics.l2 import L2
 from ffdstudio.optimize.variables.metrics import Surface, Whitening
@@ -47,3 +52,35 @@ def test_directions_that_the_surface_does_not_feel_are_dropped():
     assert Whitening.of(np.hstack([basis, basis[:, :1], 0 * basis[:, :1]])).matrix.shape == (5, 3)
     with pytest.raises(InputError, match="no point"):
         Whitening.of(np.zeros((5, 2)))
+
+
+@pytest.mark.parametrize("length", [1.0, 2.5])
+def test_the_response_of_a_section_in_a_mesh_is_that_of_its_points(length):
+    """The trailing edge is one node, and stands at both ends of the contour."""
+    section = sampled("naca2412", 61)
+    chord = Chord(3.0, 1.0, length)
+    mesh = np.vstack([[[9.0, 9, 0]], chord.world(section[:-1]), [[5.0, 5, 0]]])
+    contour = np.append(np.arange(1, 61), 1)
+    found = SectionResponse((2.0,), chord, contour)(mesh)
+    rng = np.random.default_rng(1)
+    moves = np.zeros((62, 3))
+    moves[1:61, :2] = 1e-7 * rng.normal(size=(60, 2))
+    flows = [
+        PanelFlow(chord.local((mesh + side * moves)[contour]), [2.0]).pressure[0]
+        for side in (1, -1)
+    ]
+    wanted = (flows[0] - flows[1]) / 2 / np.sqrt(60)
+    np.testing.assert_allclose(found.matrix @ moves.ravel(), wanted, rtol=1e-4, atol=1e-9)
+    assert abs(found.matrix[:, [0, 1, 183, 184]]).max() == 0
+
+
+def test_the_flow_metric_adds_a_share_of_h1():
+    points = sampled("naca0012", 41)
+    response = pressure_response(points, [0.0, 3.0]).matrix
+    surface = Surface.curve(points)._replace(response=response)
+    factor = Flow().measure(surface, np.array([1])).toarray()
+    pressures, smooth = factor[:80], factor[80:]
+    np.testing.assert_array_equal(pressures, response[:, 1::3])
+    assert np.linalg.norm(smooth, 2) == pytest.approx(1e-2 * np.linalg.norm(pressures, 2))
+    with pytest.raises(InputError, match="do not move the section"):
+        Flow().measure(surface, np.array([2]))

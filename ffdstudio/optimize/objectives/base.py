@@ -36,12 +36,15 @@ class Abilities:
         Evaluations that pay at the same time.
     angles : tuple of float
         Angles of attack, in degrees, of the flows that it solves.
+    response : bool
+        Whether it can tell how its flow answers to the points.
     """
 
     gradient: bool = True
     residuals: bool = False
     batch: int = 1
     angles: tuple[float, ...] = ()
+    response: bool = False
 
 
 class Request(NamedTuple):

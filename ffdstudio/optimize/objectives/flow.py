@@ -63,7 +63,7 @@ class FlowTarget(Objective):
         weights: Mapping[str, ArrayLike | None] | None = None,
     ) -> None:
         self.angles = [float(a) for a in angles]
-        self.abilities = Abilities(angles=tuple(self.angles))
+        self.abilities = Abilities(angles=tuple(self.angles), response=True)
         self.pressure = None if pressure is None else np.atleast_2d(np.asarray(pressure, float))
         self.lift = self._per_angle(lift, "lift")
         self.moment = self._per_angle(moment, "moment")

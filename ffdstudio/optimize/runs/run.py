@@ -36,6 +36,7 @@ from ffdstudio.optimize.refine.coarsen import coarsened
 from ffdstudio.optimize.refine.relocate import present_level, relocated
 from ffdstudio.optimize.runs.interruptions import Over, asking
 from ffdstudio.optimize.runs.record import Log, Record, RunHistory, pack
+from ffdstudio.optimize.runs.responding import responding
 from ffdstudio.optimize.runs.solver import LevelProblem
 from ffdstudio.optimize.variables.level import EmbeddedBody, Level
 from ffdstudio.optimize.variables.metrics import Surface
@@ -121,11 +122,9 @@ class Run:
         return self._responding(task.surface, points)
 
     def _responding(self, surface: Surface, points: Array) -> Surface:
-        found = (self.task.response or self.task.objective.response)(points)
-        if found is None:
-            return surface
-        self.counts.flow += found.solves
-        return surface._replace(response=found.matrix)
+        found, solves = responding(self.task, surface, points)
+        self.counts.flow += solves
+        return found
 
     def _levels_or_over(self) -> Ending:
         try:

@@ -15,6 +15,7 @@ from ffdstudio.optimize.consent import Consent
 from ffdstudio.optimize.methods.descent import Lbfgs
 from ffdstudio.optimize.refine.candidates import candidates
 from ffdstudio.optimize.refine.choice import Refinement
+from ffdstudio.optimize.runs.responding import responding
 from ffdstudio.optimize.runs.solver import LevelProblem
 from ffdstudio.optimize.spec.study import StudySpec
 from ffdstudio.optimize.variables.level import EmbeddedBody as Shape
@@ -76,7 +77,10 @@ def bars(
     still = msgspec.structs.replace(on_lattice(study, item.key), refinement=None)
     task = prepare(still, model, folder, source, consent).task
     space = DesignSpace.of(item.rest, task.rules, task.current)
-    level = Level.first(Shape(task.embedding, task.surface, metric_named(task.metric)), space)
+    metric = metric_named(task.metric)
+    level = Level.first(Shape(task.embedding, task.surface), space)
+    surface, _ = responding(task, task.surface, level.points)
+    level = Level.first(Shape(task.embedding, surface, metric), space)
     method = Lbfgs() if study.method.largest else study.method
     problem = LevelProblem(level, task, Counts(), method)
     found = candidates(level, axes, settings.positions, False, settings.guards)
