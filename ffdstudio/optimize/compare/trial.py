@@ -63,8 +63,8 @@ def _run(
             problem = LinearProblem(flow, points, fields, protocol.metric)
             ended = str(minimised(problem, protocol.evaluations))
             path, variables = problem.path, problem.size
-    except InputError as error:
-        return {"error": str(error)}
+    except Exception as error:  # a failure of one is told by name and ends none of the others
+        return {"error": f"{type(error).__name__}: {error}"}
     seconds = round(time.process_time() - began, 2)
     return {"variables": variables, "ended": ended, "seconds": seconds, "path": lowered(path)}
 

@@ -242,7 +242,7 @@ class Run:
         with asking():
             level = self._refreshed(z)
             sensitivity = self.problem.sensitivity(self.best, level)
-            z = z * (level is self.level)
+            z = z if level is self.level else np.zeros(level.size)
             self.level, self._inserted = relocated(
                 first, self._inserted, level, sensitivity, z, settings.guards, settings.sweeps,
                 settings.places,
