@@ -1,6 +1,6 @@
 """Adaptive lattices against static ones: the frozen protocol, and one pair over settings.
 
-python benchmarks/bench_compare.py TARGETS [--exclude DIR] [-o DIR] [--count N] [--minutes M]
+python benchmarks/compare_sections.py TARGETS [--exclude DIR] [-o DIR] [--count N] [--minutes M]
 
 TARGETS is a folder of airfoil files that settings were not tuned on, such as the UIUC collection
 in the wheel of aerosandbox (PyPI): unzip it, aerosandbox/geometry/airfoil/airfoil_database.
