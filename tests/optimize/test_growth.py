@@ -9,8 +9,10 @@ import ffdstudio as ffd
 from ffdstudio.errors import InputError
 from ffdstudio.optimize.geometry.contour import Contour, upper_side
 from ffdstudio.optimize.objectives.distance import ContourDistance, PointDistance
+from ffdstudio.optimize.objectives.flow import FlowTarget
 from ffdstudio.optimize.refine.candidates import Guards
-from ffdstudio.optimize.runs.study import Refinement, Study
+from ffdstudio.optimize.runs.study import Budget, Refinement, Study
+from ffdstudio.optimize.variables import metrics
 from ffdstudio.optimize.variables.metrics import Surface
 from ffdstudio.optimize.variables.rules import Rules
 from ffdstudio.optimize.variables.space import DesignSpace, Insertion
@@ -99,3 +101,24 @@ def test_rows_whose_knots_differ_by_rounding_share_a_column():
     gaps = np.diff(np.unique(history.lattice(-1).knots[0]))
     assert gaps.min() >= 0.9 * settings.guards.least_span
     assert history.iterates[-1].variables == 30
+
+
+def test_a_fresh_metric_may_hold_fewer_directions_than_the_last(monkeypatch):
+    """The rank guard drops some when knots are moved: what was reached is not lost."""
+    points = section(121)
+
+    class Fading(FlowTarget):
+        asked = 0
+
+        def response(self, points):
+            self.asked += 1
+            if self.asked == 2:
+                monkeypatch.setattr(metrics, "RANK_TOLERANCE", 2e-2)
+            return super().response(points)
+
+    flow = Fading([2.0], FlowTarget.like(bumped(columns(20), points), [2.0]).pressure)
+    job = task(flow, columns(5), points, "flow")
+    history = Study(job, "lbfgs", Refinement.for_flows(24), Budget(evaluations=30)).run()
+    assert flow.asked == 3
+    costs = [record.cost for record in history.iterates]
+    assert costs[-1] == min(costs) < 0.2 * costs[0]
