@@ -194,23 +194,12 @@ def test_a_file_is_named_in_what_is_said_about_it(tmp_path):
 
 
 def test_costs_of_flows_get_the_flow_metric_and_others_on_request(tmp_path):
-    (tmp_path / "case.toml").write_text(FLOW)
-    assert read_case(tmp_path / "case.toml").task.metric == "flow"
-    distance = changed(FLOW, "method", 'name = "lbfgs"\nmetric = "flow"\nangle = 3.0')
-    distance["objective"] = {"kind": "contour", "target": "naca2412"}
-    case = build(distance, tmp_path, None, False)
-    history = case.study.run()
-    assert history.iterates[0].flow == 4  # one flow at 3 degrees and its response
+    values = tomllib.loads(FLOW)
+    history = built(values, tmp_path).study.run()
+    assert history.iterates[0].flow == 4  # one flow and its response
+    values["objective"] = {"kind": "contour", "target": "naca2412"}
+    assert built(values, tmp_path).study.run().iterates[0].flow == 0
+    values["method"] = {"name": "lbfgs", "metric": "flow", "angle": 3.0}
+    history = built(values, tmp_path).study.run()
+    assert history.iterates[0].flow == 4
     assert history.iterates[-1].cost < 1e-2 * history.iterates[0].cost
-    del distance["method"]
-    assert build(distance, tmp_path, None, False).task.metric == "h1"
-
-
-def test_a_relocation_may_be_repeated(tmp_path):
-    for often in ("true", "2"):
-        values = changed(FLOW, "refinement", f"variables = 14\nrounds = 3\nrelocate = {often}")
-        assert (
-            build(values, tmp_path, None, False).study.refinement.relocate == int(often == "2") + 1
-        )
-    with pytest.raises(InputError, match="relocate must be true, false or how often"):
-        build(changed(FLOW, "refinement", "variables = 14\nrelocate = -1"), tmp_path, None, False)

@@ -26,6 +26,7 @@ from ffdstudio.optimize.build.place import Place
 from ffdstudio.optimize.build.rules import check_growth, refinement_of, rules_of
 from ffdstudio.optimize.build.shape import moved, shape_of
 from ffdstudio.optimize.consent import Consent, source_of
+from ffdstudio.optimize.flow.response import SectionResponse
 from ffdstudio.optimize.geometry.shapes import Shape
 from ffdstudio.optimize.objectives.base import Objective
 from ffdstudio.optimize.objectives.chords import InChords
@@ -215,6 +216,7 @@ def _task(
         [limit.constraint(shape) for limit in spec.constraints],
         spec.method.penalty,
         monitor.figures,
+        SectionResponse((spec.method.angle,), shape.chord, shape.contour) if shape.chord else None,
     )
 
 

@@ -71,6 +71,7 @@ def refinement_of(spec: RefinementSpec, rules: Rules, lattice: Lattice) -> Refin
     return Refinement(
         spec.indicator, axes, spec.variables, spec.positions, spec.insertions, spec.row_wise,
         spec.iterations, spec.slope, spec.share, relocate=spec.relocate, coarsen=spec.coarsen,
+        rounds=spec.rounds,
     )  # fmt: skip
 
 

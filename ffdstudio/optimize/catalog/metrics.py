@@ -11,9 +11,11 @@ from ffdstudio.optimize.metrics.h1 import H1
 from ffdstudio.optimize.metrics.h2 import H2
 from ffdstudio.optimize.metrics.l2 import L2
 from ffdstudio.optimize.metrics.plain import Plain
+from ffdstudio.optimize.metrics.suited import Suited
 from ffdstudio.optimize.spec.words import near
 
 METRICS: tuple[Metric, ...] = (
+    Suited(),
     H1(),
     H2(),
     Flow(),

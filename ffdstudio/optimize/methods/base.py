@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Annotated, ClassVar, NamedTuple
 
 from ffdstudio.optimize.catalog.metrics import METRICS, MetricName
-from ffdstudio.optimize.spec.fields import Positive, says
+from ffdstudio.optimize.spec.fields import Angle, Positive, says
 from ffdstudio.optimize.spec.rows import Row
 
 if TYPE_CHECKING:
@@ -44,6 +44,11 @@ class MethodSpec(Row, frozen=True, kw_only=True, tag_field="name"):
     metric: Annotated[MetricName, says("Metric", "in which the variables are made orthonormal")] = (
         METRICS[0].name
     )
+    angle: Annotated[
+        Angle,
+        says("Angle of the metric", "of attack, for the metric flow of objectives without a flow "
+             "of their own", form=False),
+    ] = 0.0  # fmt: skip
     carry_memory: Annotated[
         bool,
         says("Carry memory on", "whether what the method has learned outlives a refinement"),

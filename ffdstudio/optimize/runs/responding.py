@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from ffdstudio.aliases import Array
 from ffdstudio.optimize.catalog.metrics import metric_named
+from ffdstudio.optimize.metrics.flow import Flow
 from ffdstudio.optimize.variables.metrics import Surface
 
 if TYPE_CHECKING:
@@ -20,7 +21,8 @@ def responding(task: Task, surface: Surface, points: Array) -> tuple[Surface, in
     if not metric_named(task.metric).responds:
         return surface, 0
     known = task.objective.response(points)
-    found = task.response(points) if known is None and task.response else known
+    asked = known is None and task.response is not None and task.metric == Flow.name
+    found = task.response(points) if asked and task.response else known
     if found is None:
         return surface, 0
     return surface._replace(response=found.matrix), found.solves

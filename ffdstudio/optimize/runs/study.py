@@ -47,7 +47,7 @@ class Task:
         Where the lattice is when the study begins; at rest by default.
     knots : sequence of Insertion
         Knots to insert before the study begins; a relocation may move them.
-    metric : {"h1", "flow", "l2", "none"}
+    metric : {"h1", "auto", "flow", "h2", "l2", "none"}
     constraints : sequence of Constraint
     penalty : float
         Factor of half the squared violation, for methods that know no constraints.

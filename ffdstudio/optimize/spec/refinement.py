@@ -29,6 +29,7 @@ class RefinementSpec(Part, frozen=True, kw_only=True):
     ] = 70  # fmt: skip
     positions: Annotated[Count, says("Places a span", "tried in each knot span")] = 5
     insertions: Annotated[Count, says("Knots a cycle", "inserted at each refinement")] = 1
+    rounds: Annotated[Count, says("Rounds a cycle", "of insertions, all by the same gradient")] = 1
     row_wise: Annotated[
         bool,
         says("Row by row", "whether a new knot frees one row of control points only; without "
