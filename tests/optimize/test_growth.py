@@ -22,7 +22,7 @@ from tests.optimize.cases import bumped, columns, section, task
 def test_a_regular_fit_gets_four_points_a_variable(root):
     rae = str(root / "sample_meshes" / "rae2822.dat")
     result = ffd.fit("naca0012", rae, columns=100, adaptive=None)
-    assert len(result.task.section.points) >= 4 * result.variables == 800
+    assert len(result.built.shape.points) >= 4 * result.variables == 800
     assert result.max_error < 1e-5
 
 
