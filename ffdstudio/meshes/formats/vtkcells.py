@@ -53,6 +53,7 @@ POLYGON = 7
 MIDDLE_BEFORE_TOP = {  # VTK's order for formats that list the middle edges before the upper ones
     "wedge15": [*range(9), 12, 13, 14, 9, 10, 11],
     "hexahedron20": [*range(12), *range(16, 20), *range(12, 16)],
+    "wedge18": [*range(9), 12, 13, 14, 9, 10, 11, 15, 16, 17],
 }
 
 

@@ -13,14 +13,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import partial
+from itertools import pairwise
+
 import numpy as np
 
 from ffdstudio.aliases import Array, Indices
 from ffdstudio.meshes.measures.blocks import CellBlock
+from ffdstudio.meshes.measures.curved import coefficients, order_of
 from ffdstudio.meshes.measures.vectors import cross, dot, gathered, length, pieces, triple
 
 INSIDE = ("wedge", "hexahedron")
-DEPTH = 10
+DEPTH, SHALLOW = 10, 4  # splits of linear cells, and of those of higher order
 HEX_EDGES = (  # along u, v, w; the other two parameters run as (0,0), (1,0), (0,1), (1,1)
     ((0, 1), (3, 2), (4, 5), (7, 6)),
     ((0, 3), (1, 2), (4, 7), (5, 6)),
@@ -30,12 +35,27 @@ MIDDLE = np.array([[1.0, 0.0, 0.0], [-0.5, 2.0, -0.5], [0.0, 0.0, 1.0]])  # valu
 
 
 def folded(block: CellBlock, points: Array) -> np.ndarray:
-    """(k,) whether the Jacobian of a cell of type `INSIDE` is not of one sign."""
+    """(k,) whether the Jacobian of a cell that `has_inside` is not of one sign."""
     out = np.zeros(len(block.nodes), dtype=bool)
-    test = _wedges if block.type == "wedge" else _hexahedra
+    test = {"wedge": _wedges, "hexahedron": _hexahedra}.get(block.type, _curved(block.type))
     for piece in pieces(len(out)):
         out[piece] = test(gathered(points, block.nodes[piece]))
     return out
+
+
+def has_inside(kind: str) -> bool:
+    """Whether cells of a type can be negative inside with good corners, and are looked into."""
+    return kind in INSIDE or order_of(kind) > 0
+
+
+def _curved(kind: str) -> Callable[[Array], np.ndarray]:
+    return lambda x: _undecided(coefficients(kind, x), SHALLOW)
+
+
+def coefficients_of(kind: str) -> Callable[[Array], Array]:
+    """Function from (3, nodes, k) to coefficients, the last axis of which are the cells."""
+    known = {"hexahedron": hex_coefficients, "wedge": wedge_coefficients}
+    return known.get(kind, partial(coefficients, kind))
 
 
 # ---- wedges ------------------------------------------------------------------------------
@@ -116,17 +136,18 @@ def bezier(values: Array) -> Array:
     return values
 
 
-def _undecided(coefficients: Array) -> np.ndarray:
-    """Whether a polynomial (3, 3, 3, k) is not of one sign; what DEPTH splits leave open is not."""
-    count = coefficients.shape[-1]
-    open_boxes = coefficients * np.sign(coefficients.sum(axis=(0, 1, 2)))
+def _undecided(values: Array, depth: int = DEPTH) -> np.ndarray:
+    """Whether polynomials (a, b, c, k) are not of one sign; what is left open at last is not."""
+    count = values.shape[-1]
+    open_boxes = values * np.sign(values.sum(axis=(0, 1, 2)))
     cell, bad = np.arange(count), np.zeros(count, dtype=bool)
-    for _ in range(DEPTH):
-        bad[cell[(open_boxes[::2, ::2, ::2] <= 0).any(axis=(0, 1, 2))]] = True
+    for _ in range(depth):
+        bad[cell[(open_boxes[[0, -1]][:, [0, -1]][:, :, [0, -1]] <= 0).any(axis=(0, 1, 2))]] = True
         keep = np.flatnonzero((open_boxes <= 0).any(axis=(0, 1, 2)) & ~bad[cell])
         if not len(keep):
             return bad
-        open_boxes, cell = halves(open_boxes[..., keep]), np.tile(cell[keep], 8)
+        open_boxes = halves(open_boxes[..., keep])
+        cell = np.tile(cell[keep], open_boxes.shape[-1] // len(keep))
     bad[_cells_left(open_boxes, cell)] = True
     return bad
 
@@ -136,11 +157,19 @@ def _cells_left(boxes: Array, cell: Indices) -> Indices:
 
 
 def halves(boxes: Array) -> Array:
-    """Eight times as many boxes: each halved in the first three axes (de Casteljau)."""
+    """Eight times as many boxes: each halved in the first three axes (de Casteljau).
+
+    An axis of one coefficient is not halved: a plane has four times as many.
+    """
     for axis in range(3):
-        a, b, c = np.moveaxis(boxes, axis, 0)
-        ab, bc = (a + b) / 2, (b + c) / 2
-        low, high = (a, ab, (ab + bc) / 2), ((ab + bc) / 2, bc, c)
+        left = list(np.moveaxis(boxes, axis, 0))
+        if len(left) == 1:
+            continue
+        low, high = [left[0]], [left[-1]]
+        while len(left) > 1:
+            left = [(a + b) / 2 for a, b in pairwise(left)]
+            low.append(left[0])
+            high.insert(0, left[-1])
         both = [np.stack(part, axis=axis) for part in (low, high)]
         boxes = np.concatenate(both, axis=-1)
     return boxes

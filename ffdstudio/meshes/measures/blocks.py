@@ -1,7 +1,8 @@
 """The cells that quality speaks of, sorted by type.
 
 1. Only cells of the highest dimension count: triangles beside tetrahedra are a boundary.
-2. Cells of second order are judged by their corners.
+2. The measures of cells of higher order are those of their corners; whether they are inverted
+   is told by all their nodes (`curved`), except on surfaces in space.
 3. Cells of a face-based mesh that are tetrahedra, pyramids, wedges or hexahedra are treated as
    such. Any other polyhedron is split into tetrahedra: an edge of a face, the mean of the
    face's nodes, the mean of the cell's nodes. Both means follow the nodes linearly. A polygon
@@ -18,6 +19,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from ffdstudio.aliases import Array, Indices, Mask
+from ffdstudio.meshes.measures.curved import order_of, split
 from ffdstudio.meshes.measures.recognise import ramps, recognised, sides, trihedra
 from ffdstudio.meshes.mesh import Faces, Mesh
 from ffdstudio.meshes.topology import Cells, base_type, corners, dimension
@@ -79,6 +81,8 @@ class Blocks:
         means are numbered behind the nodes.
     trihedra : CellBlock, optional
         Corners of polyhedra where three edges meet, for their scaled Jacobian.
+    curved : tuple of CellBlock
+        Those of higher order once more, with all their nodes and the type that tells them.
     """
 
     dimension: int
@@ -87,6 +91,7 @@ class Blocks:
     blocks: tuple[CellBlock, ...]
     groups: Groups = ()
     trihedra: CellBlock | None = None
+    curved: tuple[CellBlock, ...] = ()
 
     def extended(self, points: Array) -> Array:
         """Points, or any value at the points, with the means behind them."""
@@ -113,7 +118,7 @@ class Blocks:
         from ffdstudio.meshes.measures.work import shared
 
         mask, out = self.spread(moved), np.zeros(self.count, dtype=bool)
-        for block in self.blocks:
+        for block in (*self.blocks, *self.curved):
             shared(touched, np.arange(len(block.nodes)), block.nodes, block.cells, mask, out)
         return out
 
@@ -137,6 +142,12 @@ def is_checkable(kind: str) -> bool:
     return base_type(kind) in CORNERS
 
 
+def is_seen(kind: str) -> bool:
+    """Whether all nodes of cells of this type are looked at, and not their corners alone."""
+    base, count = split(kind)
+    return is_checkable(kind) and (count == 0 or base == "polygon" or order_of(kind) > 0)
+
+
 def top_dimension(cells: Cells) -> int:
     """Highest dimension of the cells that can be checked."""
     return max((dimension(kind) for kind in cells if is_checkable(kind)), default=0)
@@ -145,6 +156,8 @@ def top_dimension(cells: Cells) -> int:
 def _listed(mesh: Mesh) -> Blocks:
     top = top_dimension(mesh.cells)
     blocks, groups, count, virtual = [], [], 0, len(mesh.points)
+    curved: list[CellBlock] = []
+    flat = mesh.dimension == 2
     for kind, nodes in mesh.cells.items():
         if dimension(kind) != top or not is_checkable(kind):
             continue
@@ -159,7 +172,10 @@ def _listed(mesh: Mesh) -> Blocks:
             fan = [corner, np.roll(corner, -1, axis=1), np.repeat(mean[:, None], size, axis=1)]
             corner, ids = np.stack(fan, axis=-1).reshape(-1, 3), np.repeat(ids, size)
         blocks.append(CellBlock(base, corner, ids))
-    return Blocks(top, mesh.dimension == 2, count, tuple(blocks), tuple(groups))
+        if order_of(kind) and (top == 3 or flat):
+            curved.append(CellBlock(kind, nodes, ids))
+    found = tuple(blocks), tuple(groups), None, tuple(curved)
+    return Blocks(top, flat, count, *found)
 
 
 def _faced(mesh: Mesh) -> Blocks:

@@ -9,8 +9,10 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass, field
+from weakref import WeakKeyDictionary
 
-from ffdstudio.meshes.measures.blocks import is_checkable, top_dimension
+from ffdstudio.meshes.measures.bezier import folded
+from ffdstudio.meshes.measures.blocks import blocks_of, is_checkable, is_seen, top_dimension
 from ffdstudio.meshes.mesh import Mesh
 from ffdstudio.meshes.topology import dimension
 
@@ -46,6 +48,9 @@ class Coverage:
         return f"{self.missing} {'cell' if self.missing == 1 else 'cells'} not checked ({kinds})"
 
 
+_known: WeakKeyDictionary[Mesh, Coverage] = WeakKeyDictionary()
+
+
 def coverage(mesh: Mesh) -> Coverage:
     """Tell which cells of a mesh are checked for inversion.
 
@@ -58,6 +63,12 @@ def coverage(mesh: Mesh) -> Coverage:
     >>> coverage(mesh).checked
     {'triangle': 1}
     """
+    if mesh not in _known:
+        _known[mesh] = _covered(mesh)
+    return _known[mesh]
+
+
+def _covered(mesh: Mesh) -> Coverage:
     if mesh.faces is not None:
         return Coverage(mesh.faces.counts, dict(mesh.unread))
     checked: Counter[str] = Counter()
@@ -67,8 +78,24 @@ def coverage(mesh: Mesh) -> Coverage:
         if not is_checkable(kind) and dimension(kind) > 1 and len(nodes):
             unchecked[kind] += len(nodes)
         elif dimension(kind) == top > 1 and len(nodes):
-            checked[kind] += len(nodes)
-    return Coverage(dict(checked), dict(unchecked + Counter(mesh.unread)))
+            _count(mesh, kind, checked, unchecked)
+    return Coverage(dict(+checked), dict(unchecked + Counter(mesh.unread)))
+
+
+def _count(mesh: Mesh, kind: str, checked: Counter[str], unchecked: Counter[str]) -> None:
+    """Count cells of a type; those of higher order only as far as they are good to begin with.
+
+    What is folded at rest, or lists its nodes in another order than is thought here, cannot be
+    told from what a deformation has folded.
+    """
+    count = len(mesh.cells[kind])
+    if not is_seen(kind):
+        unchecked[kind] += count
+        return
+    curved = [block for block in blocks_of(mesh).curved if block.type == kind]
+    bad = sum(int(folded(block, mesh.points).sum()) for block in curved)
+    checked[kind] += count - bad
+    unchecked[f"{kind} folded at rest"] += bad
 
 
 def together(parts: Iterable[Coverage]) -> Coverage:

@@ -98,6 +98,10 @@ class QualityState:
         self.scaled[moved] = np.inf
         for shape in self.shapes:
             self._judge(shape, here, moved)
+        for block in self.blocks.curved:
+            part = block[moved[block.cells] & ~self.inverted[block.cells]]
+            skip = np.zeros(len(part.cells), dtype=bool)
+            self.inverted[part.cells[folded_since(part, self.rest, here, skip)]] = True
         self.scaled[moved & np.isinf(self.scaled)] = np.nan  # a polyhedron without such a corner
 
     def _judge(self, shape: CellShape, here: Array, moved: np.ndarray) -> None:

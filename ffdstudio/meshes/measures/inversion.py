@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 
 from ffdstudio.aliases import Array, Indices
 from ffdstudio.errors import InputError
-from ffdstudio.meshes.measures.bezier import INSIDE, folded
+from ffdstudio.meshes.measures.bezier import folded, has_inside
 from ffdstudio.meshes.measures.blocks import CellBlock, blocks_of
 from ffdstudio.meshes.measures.sweep import Sweep
 from ffdstudio.meshes.mesh import Mesh
@@ -77,6 +77,10 @@ def inverted(mesh: Mesh, points: ArrayLike | None = None) -> Inverted:
             corner[block.cells[flips]] = True
             part = block[doubt]
             mask[part.cells[folded_since(part, old, here, np.zeros(len(doubt), dtype=bool))]] = True
+    for block in blocks.curved:
+        rows = np.flatnonzero(sweep.moved[block.nodes].any(axis=1) & ~corner[block.cells])
+        part = block[rows]
+        mask[part.cells[folded_since(part, old, here, np.zeros(len(rows), dtype=bool))]] = True
     return Inverted(mask | corner, int(corner.sum()))
 
 
@@ -93,7 +97,7 @@ def deformed(mesh: Mesh, points: ArrayLike | None) -> Array:
 def folded_since(block: CellBlock, old: Array, here: Array, skip: np.ndarray) -> np.ndarray:
     """Whether a cell is negative inside now and was not at the beginning; not asked of `skip`."""
     out = np.zeros(len(block.nodes), dtype=bool)
-    if block.type in INSIDE:
+    if has_inside(block.type):
         suspect = np.flatnonzero(~skip)
         suspect = suspect[folded(block[suspect], here)]
         out[suspect[~folded(block[suspect], old)]] = True

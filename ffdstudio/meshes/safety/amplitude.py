@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike
 
 from ffdstudio.aliases import Array, Indices
 from ffdstudio.errors import InputError
-from ffdstudio.meshes.measures.bezier import INSIDE
+from ffdstudio.meshes.measures.bezier import has_inside
 from ffdstudio.meshes.measures.blocks import CellBlock, blocks_of
 from ffdstudio.meshes.measures.corners import ROUNDING, edges, signs, unit
 from ffdstudio.meshes.measures.inversion import deformed
@@ -74,6 +74,8 @@ def safe_amplitude(mesh: Mesh, displacement: ArrayLike, points: ArrayLike | None
         search.corners(block)
     for block in blocks.blocks:
         search.inside(block)
+    for block in blocks.curved:
+        search.look_into(block[np.flatnonzero(sweep.moved[block.nodes].any(axis=1))])
     return search.limit
 
 
@@ -100,10 +102,14 @@ class _Search:
 
     def inside(self, block: CellBlock) -> None:
         """Look into the hexahedra and wedges that are not known to be valid up to the limit."""
-        if block.type in INSIDE:
+        if has_inside(block.type):
             rows = np.concatenate([np.empty(0, dtype=np.int64), *self._doubts[id(block)]])
-            if len(rows):
-                self.limit = first_fold(block[rows], self.start, self.move, self.limit)
+            self.look_into(block[rows])
+
+    def look_into(self, block: CellBlock) -> None:
+        """Find the first of these cells that folds inside."""
+        if len(block.cells):
+            self.limit = first_fold(block, self.start, self.move, self.limit)
 
 
 def _corners(block: CellBlock, rest: Array, start: Array, move: Array, up: Array | None) -> float:

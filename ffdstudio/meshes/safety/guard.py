@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike
 
 from ffdstudio.aliases import Array
 from ffdstudio.errors import InputError
-from ffdstudio.meshes.measures.bezier import INSIDE
+from ffdstudio.meshes.measures.bezier import has_inside
 from ffdstudio.meshes.measures.blocks import CellBlock, blocks_of
 from ffdstudio.meshes.measures.cell_coverage import coverage
 from ffdstudio.meshes.measures.corners import signs
@@ -87,11 +87,13 @@ class Guard:
         up = blocks.upright(rest)
         self.coverage = coverage(mesh)
         self.region = Region()
-        moving = blocks.of_cells(blocks.moved_cells(b != 0))
+        chosen = blocks.moved_cells(b != 0)
+        moving = blocks.of_cells(chosen)
         for block in moving:
             self._collect(block, rest, up)
         self.region.thin()
-        inside = [block for block in moving if block.type in INSIDE]
+        inside = [block for block in moving if has_inside(block.type)]
+        inside += [block[chosen[block.cells]] for block in blocks.curved]
         self._tender = [Tender(x, self._start, self._b, self.region) for x in inside]
         self._strained: Strained | None = None
         if limits != INVERSION:

@@ -13,11 +13,10 @@ import numpy as np
 
 from ffdstudio.aliases import Array
 from ffdstudio.meshes.measures.bezier import (
+    coefficients_of,
     folded,
     halves,
-    hex_coefficients,
     hex_edges,
-    wedge_coefficients,
 )
 from ffdstudio.meshes.measures.blocks import CellBlock
 from ffdstudio.meshes.measures.vectors import gathered, length, pieces, triple
@@ -109,18 +108,19 @@ def _folded_at(block: CellBlock, start: Array, move: Array, t: Array) -> np.ndar
 
 def _valid_between(block: CellBlock, start: Array, move: Array, a: Array, b: Array) -> np.ndarray:
     """Whether all Bezier coefficients over the cells and the intervals [a, b] have one sign."""
-    hexahedra = block.type == "hexahedron"
-    of = hex_coefficients if hexahedra else wedge_coefficients
+    splits = 1 if block.type == "wedge" else DEPTH  # a wedge's are decided without
+    of = coefficients_of(block.type)
     times = a + np.linspace(0, 1, 4)[:, None] * (b - a)
     values = np.stack([of(_at(block, start, move, t)) for t in times])
     boxes = np.moveaxis(np.tensordot(CUBIC, values, axes=(1, 0)), 0, -2)
     lead = tuple(range(boxes.ndim - 1))
     boxes = boxes * np.sign(boxes.sum(axis=lead))
     cell, valid = np.arange(len(a)), np.ones(len(a), dtype=bool)
-    for depth in range(DEPTH if hexahedra else 1):
+    for depth in range(splits):
         left = np.flatnonzero((boxes <= 0).any(axis=lead))
         boxes, cell = boxes[..., left], cell[left]
-        if depth < DEPTH - 1 and hexahedra and len(left):
-            boxes, cell = halves(boxes), np.tile(cell, 8)
+        if depth < splits - 1 and len(left):
+            boxes = halves(boxes)
+            cell = np.tile(cell, boxes.shape[-1] // len(cell))
     valid[cell] = False
     return valid

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ffdstudio.aliases import Array
-from ffdstudio.meshes.measures.bezier import folded, hex_coefficients, wedge_coefficients
+from ffdstudio.meshes.measures.bezier import coefficients_of, folded
 from ffdstudio.meshes.measures.blocks import CellBlock
 from ffdstudio.meshes.measures.vectors import gathered, pieces
 from ffdstudio.meshes.safety.halfspaces import Region
@@ -46,7 +46,7 @@ class Tender:
 
 def _bounds(block: CellBlock, start: Array, influence: Array) -> Array:
     """(k, coefficients, 3) vectors h of the Bezier coefficients; not finite where undecided."""
-    of = hex_coefficients if block.type == "hexahedron" else wedge_coefficients
+    of = coefficients_of(block.type)
     x, b = gathered(start, block.nodes), influence[block.nodes].T
     size = np.ptp(x, axis=1).max(axis=0)  # linear in D: any step does, one of its size is exact
     reach = np.abs(b).max(axis=0)
