@@ -286,6 +286,7 @@ def _lz4_unpacked(block: bytes, size: int) -> bytes:
     found = np.empty(max(size, 1), dtype=np.uint8)
     packed = np.frombuffer(block, dtype=np.uint8).copy()
     tool: Any = vtkLZ4DataCompressor()  # its signatures do not know of arrays
+    tool.AddObserver("ErrorEvent", lambda caller, event: None)  # told by us, not on the screen
     got = tool.Uncompress(packed, len(block), found, size)
     return found[:size].tobytes() if got == size else b""
 
