@@ -48,7 +48,8 @@ def embed(
     Raises
     ------
     InputError
-        If the points are not (n, 3) finite numbers, or method or tolerance are wrong.
+        If the points are not (n, 3) finite numbers, method or tolerance are wrong, or the net
+        is flat, or folded as a whole (corners in a wrong order).
 
     Notes
     -----
@@ -179,6 +180,16 @@ class Embedding:
         control_points : array_like
             Flat indices of the control points that move.
 
+        Returns
+        -------
+        Drag
+            With the points that follow, their shares, and `move`.
+
+        Raises
+        ------
+        InputError
+            If there are no such control points.
+
         Examples
         --------
         >>> from ffdstudio import Lattice, embed
@@ -198,6 +209,21 @@ class Embedding:
 
         The same for each coordinate: dx/dP_i = w_i B_i(u) / W(u). Rows outside are empty.
 
+        Parameters
+        ----------
+        current : Lattice
+            State of the lattice, of the same directions as the one at rest.
+
+        Returns
+        -------
+        scipy.sparse.csr_array
+            (n, number of control points), the last direction running fastest; no unit.
+
+        Raises
+        ------
+        InputError
+            If the lattice has other degrees or knots than the one at rest.
+
         Examples
         --------
         >>> from ffdstudio import Lattice, embed
@@ -216,6 +242,21 @@ class Embedding:
         """(n, 3, number of control points) derivative of points by weights.
 
         dx/dw_i = B_i(u) (P_i - R(u)) / W(u).
+
+        Parameters
+        ----------
+        current : Lattice
+            State of the lattice, of the same directions as the one at rest.
+
+        Returns
+        -------
+        numpy.ndarray
+            (n, 3, number of control points), world units; zero in rows outside.
+
+        Raises
+        ------
+        InputError
+            If the lattice has other degrees or knots than the one at rest.
 
         Examples
         --------
@@ -239,6 +280,16 @@ class Embedding:
             State of the lattice.
         d_points : array_like
             Motion of the control points, shaped like them.
+
+        Returns
+        -------
+        numpy.ndarray
+            (n, 3) motion of the points, zero outside; in the unit of `d_points`.
+
+        Raises
+        ------
+        InputError
+            If `d_points` has another shape or the lattice other degrees or knots.
 
         Examples
         --------
@@ -265,7 +316,12 @@ class Embedding:
         Returns
         -------
         numpy.ndarray
-            Shaped like the control points.
+            Shaped like the control points; the same bits on any number of cores.
+
+        Raises
+        ------
+        InputError
+            If `sensitivities` has another shape or the lattice other degrees or knots.
 
         Examples
         --------
@@ -281,7 +337,24 @@ class Embedding:
         return jacobian_pullback(self._deformer, current, sensitivities)
 
     def weight_product(self, current: Lattice, d_weights: ArrayLike) -> Array:
-        """(n, 3) motion of the points per change of the weights, shaped like the lattice's.
+        """(n, 3) motion of the points per change of the weights, without a matrix.
+
+        Parameters
+        ----------
+        current : Lattice
+            State of the lattice, of the same directions as the one at rest.
+        d_weights : array_like
+            Change of the weights, shaped like them.
+
+        Returns
+        -------
+        numpy.ndarray
+            (n, 3) motion of the points, zero outside; world units.
+
+        Raises
+        ------
+        InputError
+            If `d_weights` has another shape or the lattice other degrees or knots.
 
         Examples
         --------
@@ -296,7 +369,24 @@ class Embedding:
         return weight_product(self._deformer, current, d_weights)
 
     def weight_pullback(self, current: Lattice, sensitivities: ArrayLike) -> Array:
-        """Gradient by the weights, shaped like them, from (n, 3) sensitivities.
+        """Gradient by the weights from that by the points, without a matrix.
+
+        Parameters
+        ----------
+        current : Lattice
+            State of the lattice, of the same directions as the one at rest.
+        sensitivities : array_like
+            (n, 3) derivatives of an objective by the deformed points.
+
+        Returns
+        -------
+        numpy.ndarray
+            Shaped like the weights; the same bits on any number of cores.
+
+        Raises
+        ------
+        InputError
+            If `sensitivities` has another shape or the lattice other degrees or knots.
 
         Examples
         --------
@@ -317,6 +407,11 @@ class Embedding:
         ----------
         finer : Lattice
             The rest lattice after knots were inserted or removed or degrees raised.
+
+        Returns
+        -------
+        Embedding
+            Of the same points, with the same parameters.
 
         Raises
         ------

@@ -309,6 +309,23 @@ class Lattice:
     ) -> Self:
         """Same lattice with other control points or weights; what is not given stays.
 
+        Parameters
+        ----------
+        control_points : array_like, optional
+            Shaped like the present ones, world units.
+        weights : array_like, optional
+            Positive, shaped like the present ones.
+
+        Returns
+        -------
+        Lattice
+            With the same directions, axes and frame.
+
+        Raises
+        ------
+        InputError
+            If a shape differs, or a number is not finite or a weight not positive.
+
         Examples
         --------
         >>> box = Lattice.box([0, 0, 0], [1, 1, 1], shape=(2, 2, 2))
@@ -464,6 +481,16 @@ class Lattice:
     def greville(self, axis: int) -> Array:
         """Greville abscissae of one direction.
 
+        Parameters
+        ----------
+        axis : int
+            Direction.
+
+        Returns
+        -------
+        numpy.ndarray
+            One parameter for each control point of the direction.
+
         Examples
         --------
         >>> Lattice.box([0, 0], [1, 1], shape=(4, 3)).greville(1)
@@ -504,6 +531,19 @@ class Lattice:
     def insert_knots(self, axis: int, knots: ArrayLike) -> Self:
         """Same shape with more control points: knots inserted in one direction.
 
+        Parameters
+        ----------
+        axis : int
+            Direction.
+        knots : array_like
+            Parameters inside the range, repeated for multiple knots; the beginning of a
+            periodic range, its seam, is allowed.
+
+        Returns
+        -------
+        Lattice
+            The same map, weights and a frame included.
+
         Raises
         ------
         InputError
@@ -519,6 +559,23 @@ class Lattice:
 
     def elevate_degree(self, axis: int, times: int = 1) -> Self:
         """Same shape with the degree of one direction raised by `times`.
+
+        Parameters
+        ----------
+        axis : int
+            Direction.
+        times : int
+            0 or more.
+
+        Returns
+        -------
+        Lattice
+            The same map.
+
+        Raises
+        ------
+        InputError
+            If there is no such direction or `times` is no whole number of at least 0.
 
         Examples
         --------
@@ -542,6 +599,11 @@ class Lattice:
         tolerance : float
             Largest distance any point may move, world units. Rounding (1e-13 of the
             diagonal, and that of the coordinates themselves) is always allowed.
+
+        Returns
+        -------
+        Lattice
+            With as many control points fewer as knots are gone.
 
         Raises
         ------

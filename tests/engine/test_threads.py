@@ -84,3 +84,18 @@ def test_repeated_pullbacks_have_the_same_bits(cores):
     first = found.jacobian_pullback(lattice, s)
     for _ in range(5):
         assert found.jacobian_pullback(lattice, s).tobytes() == first.tobytes()
+
+
+def test_sums_over_many_chunks_are_cut_alike_on_any_number_of_cores(cores):
+    """Enough points that a cut by threads would part the sums elsewhere."""
+    lattice = nets()["weighted"]
+    rng = np.random.default_rng(4)
+    x, s = rng.random((300_000, 3)), rng.normal(size=(300_000, 3))
+    found = embed(lattice, x)
+    assert found._deformer.order.chunks > 16
+    sums = []
+    for count in (1, 2, 3, 8):
+        cores(count)
+        both = found.jacobian_pullback(lattice, s), found.weight_pullback(lattice, s)
+        sums.append(b"".join(part.tobytes() for part in both))
+    assert len(set(sums)) == 1
