@@ -20,7 +20,9 @@ from ffdstudio.errors import InputError
 from ffdstudio.exchange.morphed import write_morphed
 from ffdstudio.files import refuse_source
 from ffdstudio.meshes import Mesh
+from ffdstudio.meshes.following import METHOD
 from ffdstudio.meshes.formats import suffix_of
+from ffdstudio.meshes.ways import Way
 from ffdstudio.optimize import plots
 from ffdstudio.optimize.build.build import Built, read_case
 from ffdstudio.optimize.consent import Consent
@@ -159,7 +161,9 @@ def write(
     current = history.lattice(-1)
     rest = in_space_of(case.rest, current)
     plotted = ["cost", "variables"]
-    files = [*write_common(folder, name, rest, current, history, plotted, meshes), "log.jsonl"]
+    ways = [Way.WALLS if _walls(case, mesh) is not None else Way.LATTICE for mesh in meshes]
+    common = write_common(folder, name, rest, current, history, plotted, meshes, ways)
+    files = [*common, "log.jsonl"]
     points = embed(rest, case.shape.points).deform(current)
     if case.shape.triangles is None and case.shape.mesh is None:
         files.append(write_contour(folder / "contour.dat", name, points))
@@ -192,10 +196,20 @@ def _morphed(
     """All meshes follow the lattice; returns figures of the first, and of all if several do."""
     rest, figures = in_space_of(case.rest, current), []
     for mesh in meshes:
+        body, walls = case.body_of(mesh), _walls(case, mesh)
         points = embed(rest, case.before(mesh)).deform(current)
+        if body is not None:
+            points = body.at(current)
         name = _mesh_name(mesh, meshes)
         write_morphed(mesh, folder / name, points, [(rest, current)])
         files.append(name)
-        figures.append({"file": name, **measured(mesh, points)})
+        follow = None if walls is None else {"method": METHOD, "walls": walls}
+        figures.append({"file": name, **measured(mesh, points), "follow": follow})
     first = {"mesh": {k: v for k, v in figures[0].items() if k != "file"}} if figures else {}
     return first | ({"meshes": figures} if len(figures) > 1 else {})
+
+
+def _walls(case: Built, mesh: Mesh) -> list[str] | None:
+    """Walls that a mesh followed; None if the lattice carried it."""
+    body = case.body_of(mesh)
+    return None if body is None or body.walls is None else [str(wall) for wall in body.walls]

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from ffdstudio.meshes.ways import Way
 from ffdstudio.project.model import Body, Model
 from ffdstudio.project.running import Progress
 from ffdstudio.project.view.body_view import BodyView
@@ -44,7 +45,7 @@ class Displays:
                 shown = self._first_seen(body)
             self._shown[body.key] = shown
             shown.settle(model.steps)
-            shown.expect([(item.rest, item.current) for item in model.steps])
+            shown.expect(body.follows, [(item.rest, item.current) for item in model.steps])
 
     def put_back(self, model: Model) -> None:
         """Take back what a drag has done to displayed points."""
@@ -94,17 +95,20 @@ class Displays:
             self.start_work()
 
     def _start_volume(self, body: Body, shown: BodyView, model: Model) -> None:
-        document, state = self._document, shown.expected
+        document, state, by = self._document, shown.expected, shown.by
         shown.outdated, shown.checking = False, True
         document.volume_changed.emit(body.key)
 
         def end(volume: DeformedVolume | None, outdated: bool = False) -> None:
             if self._shown.get(body.key) is shown and shown.expected is state:
                 shown.volume, shown.outdated, shown.checking = volume, outdated, False
+                shown.by = shown.by if volume is None else volume.by
                 document.volume_changed.emit(body.key)
+                if body.follows == Way.WALLS and volume is not None:
+                    document.tell_moving()  # inner nodes that are displayed
 
         def work(progress: Progress) -> DeformedVolume:
-            return work_out(body.mesh, shown.nodes, model.steps, progress)
+            return work_out(body, shown.nodes, model.steps, progress, by)
 
         def failed(error: Exception) -> None:
             end(None)

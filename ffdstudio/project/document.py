@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from ffdstudio.aliases import Array, PathLike
 from ffdstudio.errors import InputError
+from ffdstudio.meshes.ways import Way
 from ffdstudio.project import filing
 from ffdstudio.project.body_views import Displays
 from ffdstudio.project.editor import Editor
@@ -115,7 +116,11 @@ class Document(Editor):
         While a drag is under way and the surface has a proxy, they stay behind: show
         `proxy_points`.
         """
-        return self._displays[key].full.positions
+        shown = self._displays[key]
+        after_walls = self.model.body(key).follows == Way.WALLS
+        if after_walls and self.editing is None and shown.volume is not None:
+            return shown.volume.points[shown.surface.nodes]
+        return shown.full.positions
 
     def proxy_points(self, key: str) -> Array:
         """(k, 3) points of the proxy now, one for each of `surface(key).proxy.rows`."""

@@ -21,6 +21,7 @@ from typing import TYPE_CHECKING, Self, TypeVar
 from ffdstudio.engine import Lattice
 from ffdstudio.engine.context import LatticeContext
 from ffdstudio.errors import InputError
+from ffdstudio.meshes.ways import Way
 
 if TYPE_CHECKING:
     from ffdstudio.meshes import Mesh
@@ -52,6 +53,9 @@ class Body:
     hidden_markers : frozenset of str
     boxes : str
         What becomes of FFD boxes in its file when it is exported: "update", "strip" or "keep".
+    follows : str
+        "lattice": the lattices carry all nodes; "walls": they move the walls, and the volume
+        follows them.
     """
 
     key: str
@@ -64,6 +68,7 @@ class Body:
     colour: str | None = None
     hidden_markers: frozenset[str] = frozenset()
     boxes: str = "update"
+    follows: str = Way.LATTICE
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

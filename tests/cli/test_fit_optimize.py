@@ -7,6 +7,7 @@ import pytest
 import ffdstudio as ffd
 from ffdstudio.cli.main import main
 from ffdstudio.meshes.airfoil import naca4
+from ffdstudio.project.document import Document
 
 CASES = Path(__file__).parents[2] / "resources" / "cases"
 RAE = str(Path(__file__).parents[2] / "sample_meshes" / "rae2822.dat")
@@ -109,10 +110,12 @@ name = "gauss-newton"
 """
 
 
-def test_a_mesh_that_the_case_names_follows_and_is_in_the_project(capsys, tmp_path):
+@pytest.mark.parametrize("follow", ["walls", "lattice"])
+def test_a_mesh_that_the_case_names_follows_and_is_in_the_project(capsys, tmp_path, follow):
     source = Path(RAE).with_name("naca0012.su2")
     (tmp_path / "naca0012.su2").write_bytes(source.read_bytes())
-    (tmp_path / "case.toml").write_text(FOLLOWED)
+    case = FOLLOWED.replace("[lattice]", f'follow = "{follow}"\n[lattice]')
+    (tmp_path / "case.toml").write_text(case)
     out = tmp_path / "out"
     assert main(["optimize", str(tmp_path / "case.toml"), "-o", str(out), "--json"]) == 0
     result = output(capsys)
@@ -121,8 +124,14 @@ def test_a_mesh_that_the_case_names_follows_and_is_in_the_project(capsys, tmp_pa
     project = ffd.Project.open(out / "case.ffdproj")
     before, after = project.mesh("naca0012"), ffd.read_mesh(out / "morphed.su2")
     lattice = project.lattices[0]
-    expected = ffd.embed(lattice.rest, before.points).deform(lattice.current)
-    np.testing.assert_array_equal(after.points, expected)
+    if follow == "lattice":
+        expected = ffd.embed(lattice.rest, before.points).deform(lattice.current)
+        np.testing.assert_array_equal(after.points, expected)
+    document = Document()
+    document.open(out / "case.ffdproj")
+    assert document.model.bodies[0].follows == follow
+    document.export_mesh("body1", tmp_path / "window.su2")
+    assert (tmp_path / "window.su2").read_bytes() == (out / "morphed.su2").read_bytes()
     moved = (after.points != before.points).any(axis=1)
     assert moved.sum() == result["mesh"]["moved"] > 0
     text = FOLLOWED.replace("naca0012.su2", "absent.su2")

@@ -738,3 +738,16 @@ def test_tab_leaves_the_picture(ready):
     view.setFocus()
     QTest.keyClick(view, Qt.Key.Key_Tab)
     assert not view.hasFocus()
+
+
+def test_a_body_follows_its_walls_by_a_tick_in_its_menu(ready):
+    tree, document = ready.window.tree, ready.window.studio.document
+    [tick] = [a for a in tree.menu_of(tree.topLevelItem(0)).actions() if a.isCheckable()]
+    assert tick.text() == "Volume follows the walls"
+    assert not tick.isChecked()
+    tick.trigger()
+    assert document.model.bodies[0].follows == "walls"
+    [tick] = [a for a in tree.menu_of(tree.topLevelItem(0)).actions() if a.isCheckable()]
+    assert tick.isChecked()
+    document.undo()
+    assert document.model.bodies[0].follows == "lattice"

@@ -48,6 +48,7 @@ EVERY = [
     c.ShowMarkers("body1", ("low",), False),
     c.Colour("body1", None),
     c.TreatBoxes("body1", "keep"),
+    c.Follow("body1", "walls"),
     c.Activate("lattice2"),
     c.Enable("lattice2", False),
     c.MovePoints("lattice2", ((0, 1, 2),), ((0.1 + 0.2, 1e-300, -0.0),)),

@@ -21,10 +21,17 @@ from ffdstudio.gui.resources import icon
 from ffdstudio.gui.studio import Studio
 from ffdstudio.gui.subscriptions import Listening
 from ffdstudio.gui.theme import Theme
+from ffdstudio.meshes.ways import Way
 from ffdstudio.project import commands as c
 from ffdstudio.project.model import Body, LatticeItem
+from ffdstudio.project.view.volume import countable
 
 EMPTY = "Nothing is open yet. Open a mesh (Ctrl+O), drop files into the window, or try an example."
+WALLS_TIP = (
+    "The lattices move the walls alone, and the volume follows them: boundary layers keep their "
+    "heights, also where a lattice is tight or cuts the mesh. While you drag, all nodes are shown "
+    "as the lattice carries them."
+)
 KEY, MARKER = Qt.ItemDataRole.UserRole, Qt.ItemDataRole.UserRole + 1
 Place = tuple[str, str | None]
 CHECKABLE = Qt.ItemFlag.ItemIsUserCheckable
@@ -254,6 +261,7 @@ class TreePanel(QTreeWidget):
             add("Lattice around this body…", lambda: self.lattice_around(key, ""))
             add("Isolate", lambda: do(c.Isolate(key)))
             add("Colour…", lambda: self._ask_colour(key))
+            self._add_way(menu, key)
         else:
             on = self._studio.document.model.lattice(key).enabled
             add("Edit this lattice", lambda: do(c.Activate(key)))
@@ -261,6 +269,20 @@ class TreePanel(QTreeWidget):
         add("Rename", lambda: self.editItem(item, 0))
         add("Remove", lambda: do(c.Remove(key)))
         return menu
+
+    def _add_way(self, menu: QMenu, key: str) -> None:
+        """A tick: the lattices move the walls of a body alone, and its volume follows them."""
+        body = self._studio.document.model.body(key)
+        new = QAction("Volume follows the walls", menu)
+        new.setCheckable(True)
+        new.setChecked(body.follows == Way.WALLS)
+        new.setEnabled(countable(body.mesh))
+        new.setToolTip(WALLS_TIP)
+        new.triggered.connect(
+            lambda on: self._studio.do(c.Follow(key, Way.WALLS if on else Way.LATTICE))
+        )
+        menu.addAction(new)
+        menu.setToolTipsVisible(True)
 
     def _only(self, key: str, marker: str) -> None:
         body = self._studio.document.model.body(key)

@@ -36,6 +36,7 @@ from ffdstudio.optimize.build.place import Place, is_given
 from ffdstudio.optimize.consent import Consent, Order
 from ffdstudio.project.commands import AddStudy, RemoveStudy
 from ffdstudio.project.studies.folders import StudyFolders
+from ffdstudio.project.studies.following import walls_to_follow
 from ffdstudio.project.studies.scrubbing import Scrub, scrub
 from ffdstudio.project.studies.starting import checked, new_lattice, on_lattice
 
@@ -112,7 +113,10 @@ class StudyRunner(QObject):
             study = checked(study, document.model)
             self._ask_leave(study)
             if not is_given(study.lattice.file):
-                document.do(new_lattice(study, document.model))
+                made = new_lattice(study, document.model)
+                document.do(made)
+                for command in walls_to_follow(made, document.model):
+                    document.do(command)
                 study = on_lattice(study, document.model.lattices[-1].key)
             ready = next((r for r in self.runs if r.state == "ready" and r.spec == study), None)
             if ready is None:

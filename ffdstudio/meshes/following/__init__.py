@@ -28,8 +28,8 @@
 5. Memory: some 100 bytes for each node, and four for each item that a box of nodes sees.
 """
 
-from ffdstudio.meshes.following.carried import METHOD, Carried, carry_walls
+from ffdstudio.meshes.following.carried import METHOD, Carried, carry_walls, follow_walls
 from ffdstudio.meshes.following.follower import Follower
 from ffdstudio.meshes.following.roles import moved_boundaries
 
-__all__ = ["METHOD", "Carried", "Follower", "carry_walls", "moved_boundaries"]
+__all__ = ["METHOD", "Carried", "Follower", "carry_walls", "follow_walls", "moved_boundaries"]

@@ -67,16 +67,40 @@ def carry_walls(
     nodes = outer_nodes(mesh) if walls is None else mesh.marker_nodes(*walls)
     goal = mesh.points.copy()
     goal[nodes] = move(mesh.points[nodes])
-    step = goal - mesh.points
+    return follow_walls(mesh, goal, walls, told)
+
+
+def follow_walls(
+    mesh: Mesh,
+    goal: Array,
+    walls: Sequence[str] | None = None,
+    told: Told = quiet,
+    known: Follower | None = None,
+) -> Carried:
+    """Let the volume of a mesh follow walls that are elsewhere; see `carry_walls`.
+
+    Parameters
+    ----------
+    goal : numpy.ndarray
+        (n, 3) nodes, of which those on the walls count; all of a mesh without a volume.
+    known : Follower, optional
+        Of an earlier call, taken if it is of the same mesh and walls: that saves its set-up.
+    """
+    if not has_volume(mesh):
+        return Carried(goal.copy())
+    step = np.zeros_like(goal)
+    nodes = outer_nodes(mesh) if walls is None else mesh.marker_nodes(*walls)
+    step[nodes] = goal[nodes] - mesh.points[nodes]
     if not step.any():
-        return Carried(mesh.points.copy())
+        return Carried(mesh.points.copy(), follower=known)
     names = tuple(walls) if walls is not None else moved_boundaries(mesh, step)
     moving: Sequence[str] | Indices = names
     if walls is None and not mesh.boundaries:
         moving = np.flatnonzero(step.any(axis=1))
     if not len(moving):  # what moves is planes alone, which slide in themselves
-        return Carried(mesh.points.copy())
-    follower = Follower(mesh, moving, told)
+        return Carried(mesh.points.copy(), follower=known)
+    follower = known if known is not None and known.fits(mesh, moving) else None
+    follower = follower or Follower(mesh, moving, told)
     own = step[follower.moving]
     points = follower(own, told)
     points[follower.moving] = goal[follower.moving]

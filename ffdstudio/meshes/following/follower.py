@@ -12,8 +12,8 @@ from numpy.typing import ArrayLike
 from ffdstudio.aliases import Array, Indices
 from ffdstudio.errors import InputError
 from ffdstudio.meshes.following.constraints import Constraints
-from ffdstudio.meshes.following.path import Path, count_of
-from ffdstudio.meshes.following.roles import roles_of
+from ffdstudio.meshes.following.path import SurfacePath, count_of
+from ffdstudio.meshes.following.roles import moved_nodes, roles_of
 from ffdstudio.meshes.following.stage import Sources, Stage
 from ffdstudio.meshes.mesh import Mesh
 from ffdstudio.meshes.topology import numbers
@@ -74,6 +74,12 @@ class Follower:
         self._sources = Sources.of(self.roles, mesh.points)
         self._constraints = Constraints(self.roles, len(mesh.points))
         self._lock = Lock()
+
+    def fits(self, mesh: Mesh, moving: Sequence[str] | ArrayLike) -> bool:
+        """Whether it is of this mesh, and told where the same markers or nodes go."""
+        if mesh is not self.mesh:
+            return False
+        return np.array_equal(moved_nodes(mesh, moving), self.moving)
 
     @property
     def moving(self) -> Indices:
@@ -185,7 +191,7 @@ class Follower:
         rest = self.mesh.points[self.moving]
         if count == 1:
             return [goal[self.moving]]
-        return list(Path.of(rest, goal[self.moving], self._pieces()).steps(count))
+        return list(SurfacePath.of(rest, goal[self.moving], self._pieces()).steps(count))
 
     def _pieces(self) -> Indices:
         """(k,) number of the connected piece of each moving node."""

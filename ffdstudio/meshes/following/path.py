@@ -16,7 +16,7 @@ from ffdstudio.aliases import Array, Indices
 
 
 @dataclass(frozen=True, eq=False)
-class Path:
+class SurfacePath:
     """Pieces of a surface with their rigid motions.
 
     Attributes
@@ -35,13 +35,13 @@ class Path:
     axes: Array
 
     @classmethod
-    def of(cls, rest: Array, goal: Array, piece: Indices) -> Path:
-        """Path of pieces from rest (k, 3) to the goal.
+    def of(cls, rest: Array, goal: Array, piece: Indices) -> SurfacePath:
+        """SurfacePath of pieces from rest (k, 3) to the goal.
 
         Examples
         --------
         >>> square = np.array([[1.0, 0, 0], [0, 1, 0], [-1, 0, 0], [0, -1, 0]])
-        >>> path = Path.of(square, square[[1, 2, 3, 0]], np.zeros(4, dtype=int))
+        >>> path = SurfacePath.of(square, square[[1, 2, 3, 0]], np.zeros(4, dtype=int))
         >>> path.axes.round(3) + 0.0
         array([[0.   , 0.   , 1.571]])
         """

@@ -122,6 +122,11 @@ def sliding_beside(mesh: Mesh, names: Sequence[str]) -> tuple[str, ...]:
     return tuple(plane.name for plane in planes if plane.name not in known)
 
 
+def moved_nodes(mesh: Mesh, moving: Sequence[str] | ArrayLike) -> Indices:
+    """Sorted nodes of markers, or of nodes told one by one."""
+    return _moving(mesh, moving)[1]
+
+
 def _moving(
     mesh: Mesh, moving: Sequence[str] | ArrayLike | None
 ) -> tuple[tuple[str, ...], Indices]:

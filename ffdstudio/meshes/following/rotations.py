@@ -2,7 +2,7 @@
 
 1. It is the rotation nearest to what the edges at a node do (Kabsch 1976): the polar factor of
    C = sum of (edge after)(edge before)^T, each by its squared length before.
-2. Edges of a surface lie nearly in a plane, so that C has rank two: a rotation, unlike a
+2. SurfaceEdges of a surface lie nearly in a plane, so that C has rank two: a rotation, unlike a
    reflection, is unique all the same. In a plane problem the axis out of the plane is added.
 3. Where no edge moves the rotation is exactly the identity.
 4. A node in a mirror has the mirrored edges on its other side.
@@ -30,7 +30,7 @@ class Rotations:
         (k, 3, 3).
     """
 
-    edges: Edges
+    edges: SurfaceEdges
     matrices: Array
     _left: Array
     _right: Array
@@ -50,8 +50,8 @@ class Rotations:
         return float(np.arccos(np.clip((trace.min(initial=3.0) - 1) / 2, -1, 1)))
 
 
-class Edges:
-    """Edges of a surface, ready to tell how its nodes turn.
+class SurfaceEdges:
+    """SurfaceEdges of a surface, ready to tell how its nodes turn.
 
     Parameters
     ----------
@@ -66,7 +66,7 @@ class Edges:
 
     Examples
     --------
-    >>> edges = Edges(np.eye(3), np.array([[0, 1], [1, 2], [0, 2]]))
+    >>> edges = SurfaceEdges(np.eye(3), np.array([[0, 1], [1, 2], [0, 2]]))
     >>> edges.rotations(np.eye(3)[[1, 2, 0]]).matrices[0].round(3) + 0.0
     array([[0., 0., 1.],
            [1., 0., 0.],

@@ -10,7 +10,7 @@ from ffdstudio.aliases import Array, Indices
 from ffdstudio.meshes.following.constraints import Constraints, Motion, images, mirrors
 from ffdstudio.meshes.following.field import Field
 from ffdstudio.meshes.following.roles import Roles
-from ffdstudio.meshes.following.rotations import Edges, Rotations
+from ffdstudio.meshes.following.rotations import Rotations, SurfaceEdges
 
 LEAST_AREA = 1e-9  # of the mean area: for nodes of elements without extent
 NEAR = 1 / 3  # of the extent of what moves
@@ -88,7 +88,7 @@ class Stage:
         flat = flattened(points, roles.normal)
         self._places = flat[sources.nodes]
         edges, inside = self._long(sources.edges), mirrors(roles, sources.nodes)
-        self._edges = Edges(self._places, edges, roles.normal, inside)
+        self._edges = SurfaceEdges(self._places, edges, roles.normal, inside)
         self._images: list[Motion] = images(roles)
         follows = np.ones(len(points), dtype=bool)
         follows[roles.moving] = follows[roles.staying] = False
@@ -177,7 +177,7 @@ def _sizes(corners: Array, plane: bool) -> Array:
 
 
 def _distinct(edges: list[Indices]) -> Indices:
-    """Edges, each once; those between one and the same source left out."""
+    """SurfaceEdges, each once; those between one and the same source left out."""
     if not edges:
         return np.empty((0, 2), dtype=np.int64)
     every = np.sort(np.concatenate([part.reshape(-1, 2) for part in edges]), axis=1)

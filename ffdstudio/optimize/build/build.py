@@ -8,9 +8,10 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Self
 
 import msgspec
 import numpy as np
@@ -18,7 +19,8 @@ from numpy.typing import NDArray
 
 from ffdstudio.engine import Lattice, embed
 from ffdstudio.errors import InputError
-from ffdstudio.meshes import Mesh, read_mesh
+from ffdstudio.meshes import Mesh, coverage, read_mesh
+from ffdstudio.meshes.ways import Way
 from ffdstudio.optimize.budget import Budget
 from ffdstudio.optimize.build.lattice import Begun, lattice_of
 from ffdstudio.optimize.build.monitor import ErrorMonitor
@@ -27,6 +29,8 @@ from ffdstudio.optimize.build.rules import check_growth, refinement_of, rules_of
 from ffdstudio.optimize.build.shape import moved, shape_of
 from ffdstudio.optimize.consent import Consent, source_of
 from ffdstudio.optimize.flow.response import SectionResponse
+from ffdstudio.optimize.followers.body import FollowingMesh
+from ffdstudio.optimize.followers.task import with_followers
 from ffdstudio.optimize.geometry.shapes import Shape
 from ffdstudio.optimize.objectives.base import Objective
 from ffdstudio.optimize.objectives.chords import InChords
@@ -77,6 +81,17 @@ class Built:
     def before(self, mesh: Mesh) -> Array:
         """(n, 3) nodes of a mesh as the study finds them: earlier lattices have moved them."""
         return moved(mesh, self.spec.shape, self.place).points
+
+    def keeping(self, bodies: Sequence[FollowingMesh]) -> Self:
+        """The same study, which keeps the cells of bodies that follow it valid."""
+        self.task = self.study.task = with_followers(self.task, bodies)
+        return self
+
+    def body_of(self, mesh: Mesh) -> FollowingMesh | None:
+        """How a mesh follows; None of one that has no cells to keep valid."""
+        kept = self.task.followers
+        same = (b for b in kept if b.mesh is mesh or (mesh.path and b.mesh.path == mesh.path))
+        return next(same, None)
 
     def followers(self) -> Iterator[Mesh]:
         """Meshes that follow the lattice; each is read when its turn comes."""
@@ -148,9 +163,20 @@ def read_case(
         Path(path).parent, target, resume, source=source_of(path), consent=consent or Consent()
     )  # fmt: skip
     try:
-        return build(spec, place)
+        built = build(spec, place)
+        return built.keeping(following_meshes(built))
     except InputError as error:
         raise InputError(f"{os.fspath(path)}: {error}") from error
+
+
+def following_meshes(built: Built) -> list[FollowingMesh]:
+    """The meshes that a case names, or that its shape lies in, bound to its lattice."""
+    way = Way(built.spec.shape.follow)
+    return [
+        FollowingMesh.of(mesh, built.rest, built.before(mesh), way=way)
+        for mesh in built.followers()
+        if coverage(mesh).checked
+    ]
 
 
 # ---- checks --------------------------------------------------------------------------------

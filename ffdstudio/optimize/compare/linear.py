@@ -71,6 +71,14 @@ class LinearProblem:
         """None: the pressures fix all."""
         return None
 
+    def control_cost(self, trial: Trial) -> tuple[Array, Array] | None:
+        """None: no mesh follows."""
+        return None
+
+    def reach(self, z: Array, step: Array) -> float:
+        """All the way: no mesh follows."""
+        return 1.0
+
     def longest(self, direction: Array) -> float:
         """Multiple of a direction that moves the surface as far as a first step may."""
         move = float(np.abs(self.shapes @ direction).max())

@@ -10,6 +10,8 @@
    Its factor vanishes with the power 3/2 of the residual: with the first power a reachable
    target would be approached at a constant rate only, with the second one points that are
    already near slide and fold.
+3. Where the lattice carries meshes, a mild cost keeps control points near that the residuals
+   hardly feel: they would go as far as a chord, and turn the mesh inside out.
 """
 
 from __future__ import annotations
@@ -69,18 +71,45 @@ class QuadraticModel(NamedTuple):
         return 0.5 * float(self.right @ self.right - after @ after)
 
 
+class Extra(NamedTuple):
+    """Rows beside the residuals: what displacements cost, half the square of rows z + values."""
+
+    rows: Array
+    values: Array
+
+    @classmethod
+    def of(cls, problem: Problem, here: Trial, cost: Array | None) -> Extra:
+        """What points that slide cost, see 2, and control points where meshes follow, see 3."""
+        rows, values = np.zeros((0, len(here.z))), np.zeros(0)
+        if cost is not None:
+            size = float(np.linalg.norm(linear(here)[0]) / problem.extent)
+            rows = np.sqrt(PULL * size**1.5) * cost
+            values = np.zeros(len(cost))
+        mild = problem.control_cost(here)
+        if mild is None:
+            return cls(rows, values)
+        return cls(np.vstack([rows, mild[0]]), np.concatenate([values, mild[1]]))
+
+    def merit(self, trial: Trial) -> float:
+        """Cost with that of displacements."""
+        return trial.value + 0.5 * float(np.sum((self.rows @ trial.z + self.values) ** 2))
+
+
 def gauss_newton(problem: Problem, z: Array, memory: Memory) -> Ending:
     """Minimise half the sum of squares of the residuals."""
     here, radius = problem.residuals(z), np.inf
+    if not np.isfinite(here.value):
+        return STALLED
     while True:
         cost = problem.displacement_cost(here)
-        model, factor = _model(problem, here, cost)
+        extra = Extra.of(problem, here, cost)
+        model = _model(here, extra)
         whole = model.step(0.0)
         expected = model.decrease(whole)
         if expected <= 0.5 * (ROUNDING * problem.extent) ** 2:
             return CONVERGED
         farthest = FARTHEST * problem.longest(whole) * float(np.linalg.norm(whole))
-        found, radius = _better(problem, here, model, min(radius, farthest), cost, factor)
+        found, radius = _better(problem, here, model, min(radius, farthest), extra)
         if found is None:
             return CONVERGED if expected <= ENOUGH * here.value else STALLED
         gained, here = 1 - found.value / here.value, found
@@ -91,37 +120,28 @@ def gauss_newton(problem: Problem, z: Array, memory: Memory) -> Ending:
             return CONVERGED
 
 
-def _model(problem: Problem, here: Trial, cost: Array | None) -> tuple[QuadraticModel, float]:
-    """Linear least squares around a trial, and the factor of displacements in it."""
+def _model(here: Trial, extra: Extra) -> QuadraticModel:
+    """Linear least squares around a trial."""
     residuals, jacobian = linear(here)
-    if cost is None:
-        return QuadraticModel.of(jacobian, -residuals), 0.0
-    factor = PULL * float(np.linalg.norm(residuals) / problem.extent) ** 1.5
-    root = np.sqrt(factor)
-    rows = np.vstack([jacobian, root * cost])
-    return QuadraticModel.of(rows, np.concatenate([-residuals, -root * (cost @ here.z)])), factor
-
-
-def _merit(trial: Trial, cost: Array | None, factor: float) -> float:
-    if cost is None:
-        return trial.value
-    return trial.value + 0.5 * factor * float(np.sum((cost @ trial.z) ** 2))
+    values = extra.rows @ here.z + extra.values
+    return QuadraticModel.of(
+        np.vstack([jacobian, extra.rows]), -np.concatenate([residuals, values])
+    )
 
 
 def _better(
-    problem: Problem,
-    here: Trial,
-    model: QuadraticModel,
-    radius: float,
-    cost: Array | None,
-    factor: float,
+    problem: Problem, here: Trial, model: QuadraticModel, radius: float, extra: Extra
 ) -> tuple[Trial | None, float]:
     """Trial of less cost within the region, which shrinks until there is one; and the region."""
     for _ in range(SHRUNK):
         step = model.within(radius)
         length = float(np.linalg.norm(step))
         trial = problem.residuals(here.z + step)
-        ratio = (_merit(here, cost, factor) - _merit(trial, cost, factor)) / model.decrease(step)
+        if not np.isfinite(trial.value):
+            share = problem.reach(here.z, step)
+            radius = length * (share if share < 1 else 0.25)
+            continue
+        ratio = (extra.merit(here) - extra.merit(trial)) / model.decrease(step)
         if ratio > SUFFICIENT and trial.value < here.value:
             if ratio > 0.75:
                 return trial, max(radius, 2 * length)

@@ -20,9 +20,12 @@ def search(
     slope0 = float(start.slope @ direction)
     if not slope0 < 0:
         return None
-    low, at_low, high, best = 0.0, start, None, start
+    low, at_low, high, best, limit = 0.0, start, None, start, math.inf
     for _ in range(20):
         trial = problem.gradient(start.z + step * direction)
+        if not math.isfinite(trial.value):  # cells inside out, or a solver that gave up
+            limit = step = _shorter(problem, start, direction, low, step, step < limit)
+            continue
         slope = float(trial.slope @ direction)
         if trial.value < best.value:
             best = trial
@@ -32,9 +35,11 @@ def search(
         elif abs(slope) <= -curvature * slope0:
             return trial
         else:
+            if high is None and slope < 0 and step >= limit:
+                return trial
             if high is None and slope < 0:
                 following = _beyond(low, at_low, step, trial, direction)
-                low, at_low, step = step, trial, following
+                low, at_low, step = step, trial, min(following, limit)
                 continue
             if high is None or slope * (high - low) >= 0:
                 high, at_high = low, at_low
@@ -43,6 +48,14 @@ def search(
             break
         step = _between(low, at_low, high, at_high, direction)
     return best if best is not start else None
+
+
+def _shorter(
+    problem: Problem, start: Trial, direction: Array, low: float, step: float, first: bool
+) -> float:
+    """Step before which a trial has no value: as far as cells allow, or half the way."""
+    share = problem.reach(start.z + low * direction, (step - low) * direction) if first else 1.0
+    return low + (share if share < 1 else 0.5) * (step - low)
 
 
 def _between(a: float, at_a: Trial, b: float, at_b: Trial, direction: Array) -> float:

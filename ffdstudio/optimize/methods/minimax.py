@@ -19,6 +19,8 @@ ROUNDING = 1e-12  # the same of the first one: the residuals mean nothing any mo
 def minimax(problem: Problem, z: Array, memory: Memory) -> Ending:
     """Make the largest residual small: a linear program for each step."""
     here = problem.residuals(z)
+    if not np.isfinite(here.value):
+        return STALLED
     least = ROUNDING * largest(here)
     while True:
         residuals, jacobian = parts(here)
@@ -55,9 +57,12 @@ def _program(residuals: Array, jacobian: Array) -> tuple[Array, float]:
 
 
 def _shortened(problem: Problem, here: Trial, step: Array) -> Trial | None:
+    trial = problem.residuals(here.z + step)
+    if not np.isfinite(trial.value):  # cells inside out: as far as they allow
+        step = problem.reach(here.z, step) * step
     for fraction in (1.0, 0.5, 0.25, 0.1, 0.02):
         trial = problem.residuals(here.z + fraction * step)
-        if largest(trial) < largest(here):
+        if np.isfinite(trial.value) and largest(trial) < largest(here):
             return trial
     return None
 

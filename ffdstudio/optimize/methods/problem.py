@@ -111,11 +111,22 @@ class Problem(Protocol):
         """(k, size) factor C of what displacements cost, |C z|^2; None if residuals fix them."""
         ...
 
+    def control_cost(self, trial: Trial) -> tuple[Array, Array] | None:
+        """(k, size) rows and (k,) values at z = 0 of what control points that move cost.
+
+        Mild: where the cost does not need them. None if the lattice carries no mesh.
+        """
+        ...
+
     def longest(self, direction: Array) -> float:
         """Multiple of a direction that moves the surface as far as a first step may.
 
         Infinite for a direction that moves nothing.
         """
+        ...
+
+    def reach(self, z: Array, step: Array) -> float:
+        """Share of a step that leaves the cells of meshes that follow valid, at most 1."""
         ...
 
     def report(self, trial: Trial) -> None:

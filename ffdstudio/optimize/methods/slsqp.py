@@ -49,6 +49,8 @@ def slsqp(problem: Problem, z: Array, memory: Memory) -> Ending:
 
     def report(x: Array) -> None:
         trial = problem.gradient(np.array(x))
+        if not np.isfinite(trial.value):  # SciPy goes on from there, nobody else does
+            return
         problem.report(trial)
         seen.append(trial)
         last = [trial.value for trial in seen[1:][-PATIENCE:]]

@@ -78,7 +78,7 @@ def candidates(
 ) -> list[Candidate]:
     """All candidates of the given directions that pass the guards, on request of some lines."""
     space, found = level.space, []
-    room = len(level.points) / guards.points_per_variable - space.size
+    room = int(level.on_surface.sum()) / guards.points_per_variable - space.size
     for axis in axes:
         if not space.rules.refinable(axis) or space.rest.periodic[axis]:
             continue
@@ -137,8 +137,9 @@ class Covered(NamedTuple):
 
     @classmethod
     def of(cls, level: Level, axis: int) -> Self:
-        """Of the points of a level."""
-        u, mass = level.parameters[:, axis], level.body.surface.mass
+        """Of the surface's points of a level."""
+        own = level.on_surface
+        u, mass = level.parameters[own, axis], level.body.surface.mass[own]
         inside = np.isfinite(u)
         places, index = np.unique(u[inside], return_inverse=True)
         each = np.bincount(index, mass[inside])

@@ -151,7 +151,7 @@ def limit(level: Level, settings: Refinement) -> str:
         return ""
     reason = (
         f"{guards.points_per_variable:g} points a variable are needed, and there are "
-        f"{len(level.points)}"
+        f"{int(level.on_surface.sum())}"
         if sizes
         else f"a knot needs {guards.points_beside} points and {guards.least_share:.2%} of the "
         "surface on both sides within its span"

@@ -18,6 +18,8 @@ from ffdstudio.errors import InputError
 from ffdstudio.optimize.variables.level import Level
 from ffdstudio.optimize.variables.metrics import Whitening
 
+LEAST = 1e-14  # of the largest entry: keeps the metric regular, and is below its rounding
+
 
 class Sensitivity(Protocol):
     """See the module."""
@@ -48,7 +50,7 @@ class Adjoint:
 
     def __init__(self, level: Level, gradient: Array) -> None:
         self.surface = level.flat(gradient)
-        self.factor = level.factor
+        self.factor, self._strained = level.factor, level.body.surface.strain is not None
         self.frame, self.framed = level.white.frame, level.framed
 
     def along(self, functions: Array) -> Array:
@@ -62,10 +64,15 @@ class Adjoint:
 
     def wanted(self, displacement: Array) -> Array:
         """Displacement minus the gradient's representative in the metric."""
+        from scipy.sparse import eye_array
         from scipy.sparse.linalg import splu
 
-        square = (self.factor.T @ self.factor).tocsc()
-        result: Array = self.factor @ (displacement - splu(square).solve(self.surface))
+        inner = (self.factor.T @ self.factor).tocsc()
+        if self._strained:  # edges of bodies that follow, which may hang on nothing else
+            least = LEAST * inner.diagonal().max()
+            inner = (inner + least * eye_array(inner.shape[0])).tocsc()
+        step = splu(inner).solve(self.surface)
+        result: Array = self.factor @ (displacement - step)
         return result
 
 

@@ -23,6 +23,7 @@ from ffdstudio.optimize.catalog.metrics import metric_named
 from ffdstudio.optimize.control import Stopped
 from ffdstudio.optimize.ending import CONVERGED, DUE, STALLED, STOPPED, Ending, Reason
 from ffdstudio.optimize.flow.panel import forget_flows
+from ffdstudio.optimize.followers.group import Followers
 from ffdstudio.optimize.methods.problem import (
     Memory,
     Trial,
@@ -84,6 +85,8 @@ class Run:
         self._limit = ""
         self._cautious: Callable[[], Level] | None = None
         self._moving, self._moves = bool(self.refinement and self.refinement.relocate), 0
+        self._followers = Followers(self.task.followers)
+        self._followers.begin(self.level.space.lattice)
         self.best: Trial
 
     def to_the_end(self) -> None:
@@ -398,6 +401,7 @@ class Run:
         measures = dict(self.problem.measures)
         if self.task.monitor is not None:
             measures |= self.task.monitor(lattice)
+        measures |= self._followers.figures(lattice)
         self._last = trial
         self._record("iterate", trial.value, gradient, self._y(trial.z), measures, lattice)
 

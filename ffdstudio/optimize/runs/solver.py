@@ -10,10 +10,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ffdstudio.aliases import Array
+from ffdstudio.engine import Lattice
 from ffdstudio.optimize.budget import Budget, BudgetSpent, Counts
 from ffdstudio.optimize.constraint_values import Slack, Slacks
 from ffdstudio.optimize.constraints.base import Relation
 from ffdstudio.optimize.ending import Reason
+from ffdstudio.optimize.followers.group import Followers
 from ffdstudio.optimize.methods.base import MethodSpec
 from ffdstudio.optimize.methods.minimax import largest
 from ffdstudio.optimize.methods.problem import Trial, parts
@@ -28,6 +30,7 @@ if TYPE_CHECKING:
 
 FIRST_MOVE = 0.02  # of the extent: how far a first step may move the surface
 DIFFERENCE = 1e-5  # of the extent: how far a finite difference moves the surface
+MILD = 1e-8  # of the Hessian: what displacements of control points cost where meshes follow
 ACTIVE = 1e-6  # slack below which an inequality counts as active
 
 
@@ -46,6 +49,7 @@ class LevelProblem:
         self.budget = Budget()
         self.measures: dict[str, float] = {}
         self.slacks = Slacks(task.constraints, counts)
+        self.followers = Followers(task.followers)
         self._last: Trial | None = None
         seen = level.body.embedding.points[level.body.surface.mass > 0]
         self.extent = float(np.ptp(seen, axis=0).max())
@@ -71,7 +75,8 @@ class LevelProblem:
     def residuals(self, z: Array) -> Trial:
         """Cost with residuals and their derivatives."""
         trial = self.gradient(z)
-        parts(trial)
+        if np.isfinite(trial.value):
+            parts(trial)
         return trial
 
     def start(self, reached: Trial | None) -> Trial:
@@ -95,7 +100,7 @@ class LevelProblem:
 
     def longest(self, direction: Array) -> float:
         """Multiple of a direction that moves no point by more than a fiftieth of the extent."""
-        move = float(np.abs(self.level.shapes @ direction).max())
+        move = float(np.abs(self.level.moves @ direction).max())
         return FIRST_MOVE * self.extent / move if move > 0 else np.inf
 
     def displacement_cost(self, trial: Trial) -> Array | None:
@@ -107,11 +112,21 @@ class LevelProblem:
         """
         spatial = self.level.space.rest.dimension == 3
         felt = 3 if spatial else len(self.level.coordinates)
-        sliding = len(parts(trial)[0]) < felt * len(self.level.points)
+        sliding = len(parts(trial)[0]) < felt * self.task.seen_points
         if sliding:
             return self.level.displacement_cost
         shape = self.level.space.rest.shape
         return self.level.bending_cost if len(shape) == 2 and shape[1] > 2 else None
+
+    def control_cost(self, trial: Trial) -> tuple[Array, Array] | None:
+        """See `methods.problem.Problem`: the mean square, small against the Hessian."""
+        if not any(body.walls is None for body in self.task.followers):
+            return None
+        white, space = self.level.white, self.level.space
+        by_variables = parts(trial)[1] @ white.inverse
+        size = np.sqrt(MILD / max(space.size, 1)) * float(np.linalg.norm(by_variables, 2))
+        moved = (space.basis @ white.matrix, space.displacements.ravel())
+        return size * moved[0], size * moved[1]
 
     def report(self, trial: Trial) -> None:
         """Hear of an iterate."""
@@ -124,10 +139,12 @@ class LevelProblem:
 
     def merit(self, trial: Trial) -> float:
         """What the method makes small: the cost, or the largest residual."""
-        return largest(trial) if self.largest else trial.value
+        return largest(trial) if self.largest and np.isfinite(trial.value) else trial.value
 
     def _evaluated(self, z: Array, gradient: bool) -> Trial:
         self.budget.check_evaluation(self.counts.evaluations)
+        if self.task.followers and not self.followers.valid(self._lattice(z)):
+            return self._refused(z)
         points = self.level.at(z)
         variables = (self.level.white.matrix @ z).tolist()
         try:
@@ -140,6 +157,20 @@ class LevelProblem:
             return self._without_value(z)
         self._count(found)
         return self._trial(z, points, found)
+
+    def reach(self, z: Array, step: Array) -> float:
+        """See `methods.problem.Problem`."""
+        if not self.task.followers:
+            return 1.0
+        return self.followers.reach(self._lattice(z), self._lattice(z + step))
+
+    def _lattice(self, z: Array) -> Lattice:
+        return self.level.space.at(self.level.white.matrix @ z)
+
+    def _refused(self, z: Array) -> Trial:
+        """Trial of a shape that turns cells inside out: worse than any, and never evaluated."""
+        self._last = Trial(np.array(z), np.inf, np.zeros(self.size))
+        return self._last
 
     def _without_value(self, z: Array) -> Trial:
         """Trial of a shape whose cost is no number: worse than any, so that steps get shorter."""

@@ -19,6 +19,7 @@ from ffdstudio.optimize.budget import Budget
 from ffdstudio.optimize.catalog.methods import method_kind
 from ffdstudio.optimize.constraints import Constraint
 from ffdstudio.optimize.control import Control
+from ffdstudio.optimize.followers.body import FollowingMesh
 from ffdstudio.optimize.methods.base import MethodSpec
 from ffdstudio.optimize.objectives.base import Objective, Response
 from ffdstudio.optimize.refine.choice import Refinement
@@ -55,6 +56,10 @@ class Task:
         Figures for the record from the current lattice.
     response : callable, optional
         What gives the metric "flow" the response at the start, where the objective cannot.
+    followers : tuple of FollowingMesh
+        Meshes that no trial may turn inside out; see `followers.task`.
+    seen : int, optional
+        How many of the points the objective sees; those behind are of meshes that follow.
     """
 
     objective: Objective
@@ -68,6 +73,13 @@ class Task:
     penalty: float = 1e3
     monitor: Monitor | None = None
     response: Callable[[Array], Response | None] | None = None
+    followers: tuple[FollowingMesh, ...] = ()
+    seen: int | None = None
+
+    @property
+    def seen_points(self) -> int:
+        """Number of points that the objective sees."""
+        return len(self.embedding.points) if self.seen is None else self.seen
 
 
 class Study:

@@ -74,6 +74,13 @@ class ShapeSpec(Part, frozen=True, kw_only=True):
              "the source if it is one", form=False),
     ] = ""  # fmt: skip
 
+    follow: Annotated[
+        Literal["walls", "lattice"],
+        says("How they follow", '"walls": the lattice moves the walls of a mesh and its volume '
+             'follows them; "lattice": it carries all nodes, as always with a mesh wholly inside, '
+             "and the metric feels their strain. No step turns a cell inside out", form=False),
+    ] = "walls"  # fmt: skip
+
     @property
     def followers(self) -> tuple[str, ...]:
         """Meshes that follow."""

@@ -20,7 +20,7 @@ from ffdstudio.engine.embedding import Embedding
 from ffdstudio.engine.jacobians import jacobian
 from ffdstudio.optimize.metrics.base import Metric
 from ffdstudio.optimize.metrics.h1 import H1
-from ffdstudio.optimize.variables.metrics import Surface, Whitening
+from ffdstudio.optimize.variables.metrics import Surface, Whitening, with_strain
 from ffdstudio.optimize.variables.space import DesignSpace, Insertion
 
 CONTROL_SHARE = 0.1  # of the displacements of control points, beside those of the surface
@@ -49,8 +49,13 @@ class EmbeddedBody:
         """Factor of the metric for displacements along some coordinates, made once."""
         key = tuple(coordinates.tolist())
         if key not in self._known:
-            self._known[key] = self.metric.measure(self.surface, coordinates)
+            self._known[key] = self.strained(self.metric, coordinates)
         return self._known[key]
+
+    def strained(self, metric: Metric, coordinates: NDArray[np.intp]) -> Any:
+        """Factor of a metric, with the strain of bodies that follow below it."""
+        factor = metric.measure(self.surface, coordinates)
+        return with_strain(factor, metric, self.surface, coordinates)
 
 
 class Level:
@@ -79,6 +84,17 @@ class Level:
             carry = matrix if carry is None else matrix @ carry
         finer = type(self)(self.body, space, self.at(z))
         return finer, finer.white.inverse @ (carry @ self.white.matrix)
+
+    @cached_property
+    def on_surface(self) -> NDArray[np.bool_]:
+        """(n,) points that are of the surface, not of a body that follows."""
+        mask = np.asarray(self.body.surface.mass > 0)
+        return mask if mask.any() else np.ones(len(mask), dtype=bool)
+
+    @cached_property
+    def moves(self) -> Array:
+        """(k, size) displacements of the surface's points by the variables."""
+        return np.asarray(self.shapes[np.repeat(self.on_surface, len(self.coordinates))])
 
     @property
     def size(self) -> int:
@@ -126,7 +142,7 @@ class Level:
         than folds, and a tenth of the mean squared one of the control points, for some of them
         hardly move the surface.
         """
-        metric = H1().measure(self.body.surface, self.coordinates)
+        metric = self.body.strained(H1(), self.coordinates)
         own = np.sqrt(CONTROL_SHARE / len(self.white.matrix)) * self.white.matrix
         return np.vstack([np.linalg.qr(metric @ self.shapes, mode="r"), own])
 

@@ -10,13 +10,16 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ffdstudio.aliases import Array
 from ffdstudio.errors import InputError
+
+if TYPE_CHECKING:
+    from ffdstudio.optimize.metrics.base import Metric
 
 RANK_TOLERANCE = 1e-6
 
@@ -33,11 +36,15 @@ class Surface(NamedTuple):
         times the extent squared over the total length or area.
     response : numpy.ndarray or scipy.sparse array, optional
         (k, 3 n) derivative of what a flow does by the coordinates, see `Response`.
+    strain : scipy.sparse.csr_array, optional
+        (k, n) with ``|strain @ f|^2`` what the strain of bodies that follow costs; see
+        `followers.strain`. Points of mass 0 are theirs.
     """
 
     mass: Array
     slopes: Any
     response: Any = None
+    strain: Any = None
 
     @classmethod
     def curve(cls, points: ArrayLike) -> Surface:
@@ -102,6 +109,27 @@ class Surface(NamedTuple):
 def _check_extent(sizes: Array) -> None:
     if not sizes.size:
         raise InputError("the surface has no extent: all its points coincide")
+
+
+def with_strain(
+    factor: Any, metric: Metric, surface: Surface, coordinates: NDArray[np.intp]
+) -> Any:
+    """Factor of a metric with the strain of bodies that follow below it.
+
+    That is scaled to slopes of the surface; beside a flow's response it is scaled as they are.
+    """
+    from scipy.sparse import identity, kron, vstack
+
+    if surface.strain is None:
+        return factor
+    scale = 1.0
+    if metric.responds:
+        from ffdstudio.optimize.metrics.flow import two_norm
+        from ffdstudio.optimize.metrics.h1 import H1
+
+        scale = two_norm(factor) / two_norm(H1().measure(surface, coordinates))
+    strain = kron(scale * surface.strain, identity(len(coordinates)))
+    return vstack([factor, strain]).tocsr()
 
 
 class Whitening(NamedTuple):

@@ -21,6 +21,7 @@ from ffdstudio.aliases import Array
 from ffdstudio.errors import InputError
 from ffdstudio.meshes.measures.cell_coverage import Coverage, together
 from ffdstudio.meshes.safety.limits import PRESETS, Stop
+from ffdstudio.meshes.ways import Way
 from ffdstudio.project.model import Index, LatticeItem, Model
 from ffdstudio.project.running import Progress
 from ffdstudio.project.view.volume import countable
@@ -182,7 +183,8 @@ class DragGuard:
         if self._watched is not None and self._watched.fits(wanted):
             return
         self._watched = None
-        bodies = [body for body in model.bodies if countable(body.mesh)]
+        carried = [body for body in model.bodies if body.follows != Way.WALLS]
+        bodies = [body for body in carried if countable(body.mesh)]
         if item is None or not chosen or not bodies or not is_last(model, item):
             return
         self._watched = wanted

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from ffdstudio.meshes.measures.cell_coverage import Coverage, together
 from ffdstudio.project.running import Progress, no_progress
 from ffdstudio.project.view.volume import countable
+from ffdstudio.project.walls import after_walls
 
 if TYPE_CHECKING:
     from ffdstudio.engine import Lattice
@@ -49,5 +50,6 @@ def count_inverted(
     for body, nodes in bodies:
         embedding = nodes.bound(steps, item.key, progress)[0]
         finer = embedding if rest is item.rest else embedding.refined(rest)
-        total += int(inverted(body.mesh, finer.deform(current)).count)
+        points, _ = after_walls(body, finer.deform(current), None, progress)
+        total += int(inverted(body.mesh, points).count)
     return total

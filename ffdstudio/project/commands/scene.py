@@ -12,6 +12,7 @@ from ffdstudio.engine import Lattice
 from ffdstudio.engine.frozen import frozen_mask
 from ffdstudio.errors import InputError
 from ffdstudio.exchange.morphed import BOXES
+from ffdstudio.meshes.ways import Way
 from ffdstudio.project.commands.base import Command, Numbers, Points
 from ffdstudio.project.model import Body, Index, LatticeItem, Model
 
@@ -31,6 +32,7 @@ class OpenMesh(Command):
     colour: str | None = None
     hidden_markers: tuple[str, ...] = ()
     boxes: str = "update"
+    follows: str = Way.LATTICE
     mesh: Mesh | None = field(default=None, compare=False, repr=False)
     packed: dict[str, bytes] | None = field(default=None, compare=False, repr=False)
 
@@ -49,6 +51,7 @@ class OpenMesh(Command):
                 colour=self.colour,
                 hidden_markers=frozenset(self.hidden_markers),
                 boxes=_checked(self.boxes),
+                follows=_way(self.follows),
             )
         )
 
@@ -245,6 +248,23 @@ class TreatBoxes(Command):
 
 
 @dataclass(frozen=True)
+class Follow(Command):
+    """Choose how a body follows: carried by the lattices, or its volume after its walls."""
+
+    verb: ClassVar[str] = "follow"
+    item: str
+    follows: str
+
+    def apply(self, model: Model) -> Model:
+        return model.with_(replace(model.body(self.item), follows=_way(self.follows)))
+
+    def label(self, model: Model) -> str:
+        name = model.body(self.item).name
+        walls = self.follows == Way.WALLS
+        return f"{name} follows its walls" if walls else f"{name} is carried by the lattice"
+
+
+@dataclass(frozen=True)
 class Colour(Command):
     """Give a body a colour, ``#rrggbb``, or None for the theme's choice."""
 
@@ -294,3 +314,9 @@ def _checked(boxes: str) -> str:
     if boxes not in BOXES:
         raise InputError(f"FFD boxes can be {', '.join(BOXES)}, not {boxes}")
     return boxes
+
+
+def _way(follows: str) -> Way:
+    if follows not in set(Way):
+        raise InputError(f"a body follows its {' or the '.join(Way)}, not {follows!r}")
+    return Way(follows)

@@ -13,9 +13,9 @@ from ffdstudio.exchange.morphed import write_morphed
 from ffdstudio.meshes import MeshWarning
 from ffdstudio.meshes.formats.openfoam import folder_of
 from ffdstudio.paths import is_same
-from ffdstudio.project.followers import deformed
 from ffdstudio.project.model import Body, LatticeItem
 from ffdstudio.project.running import Progress, no_progress
+from ffdstudio.project.walls import deformed_body
 
 
 @dataclass(frozen=True)
@@ -54,7 +54,7 @@ def write_body(
         If the file cannot be written, or a plane mesh would leave its plane.
     """
     mesh, target = body.mesh, Path(path)
-    points = deformed(mesh.points, lattices, progress)
+    points = deformed_body(body, lattices, progress)
     if mesh.dimension == 2 and (points[:, 2] != mesh.points[:, 2]).any():
         raise InputError(f"{body.name} is a 2D mesh, but its lattice moves it in z")
     progress(0.8, f"writing {target.name}")

@@ -110,7 +110,7 @@ def commands_of(model: Model) -> list[Command]:
     commands: list[Command] = []
     for body in model.bodies:
         colour, hidden = body.colour, tuple(sorted(body.hidden_markers))
-        look = (body.visible, colour, hidden, body.boxes)
+        look = (body.visible, colour, hidden, body.boxes, str(body.follows))
         said = (os.fspath(body.path), body.sha256, body.name, *look)
         commands.append(OpenMesh(*said, mesh=body.mesh, packed=body.packed))
     for item in model.lattices:

@@ -29,7 +29,11 @@ def to_file(
 
 
 def _body(body: Body) -> BodyRecord:
-    look = {"hidden_markers": sorted(body.hidden_markers), "boxes": body.boxes}
+    look = {
+        "hidden_markers": sorted(body.hidden_markers),
+        "boxes": body.boxes,
+        "follows": str(body.follows),
+    }
     stored = (body.path, body.visible, body.colour, body.sha256, body.packed, look)
     return BodyRecord(body.name, *stored)
 

@@ -12,6 +12,7 @@ from ffdstudio.meshes import Mesh, read_mesh
 from ffdstudio.meshes.formats.openfoam import without_folder
 from ffdstudio.meshes.planes import planes_of
 from ffdstudio.meshes.walls import wall_markers
+from ffdstudio.meshes.ways import Way
 from ffdstudio.project.commands import OpenMesh
 from ffdstudio.project.files import references
 from ffdstudio.project.files.records import BodyRecord
@@ -56,6 +57,7 @@ def read_record(record: BodyRecord, progress: Progress = no_progress) -> Opened:
 def command_of(record: BodyRecord, mesh: Mesh) -> OpenMesh:
     """Return the command that adds a stored body."""
     hidden, boxes = record.settings.get("hidden_markers"), record.settings.get("boxes")
+    follows = record.settings.get("follows")
     names = [name for name in hidden if isinstance(name, str)] if isinstance(hidden, list) else []
     return OpenMesh(
         path=os.fspath(record.path),
@@ -65,6 +67,7 @@ def command_of(record: BodyRecord, mesh: Mesh) -> OpenMesh:
         colour=record.colour,
         hidden_markers=tuple(name for name in names if name in mesh.markers),
         boxes=boxes if isinstance(boxes, str) and boxes in BOXES else "update",
+        follows=follows if isinstance(follows, str) and follows in set(Way) else Way.LATTICE,
         mesh=mesh,
         packed=record.packed,
     )

@@ -18,6 +18,7 @@ from ffdstudio.optimize.spec.study import StudySpec
 from ffdstudio.project.commands import AddLattice, CreateBox
 from ffdstudio.project.commands.base import Command
 from ffdstudio.project.model import Body, Model
+from ffdstudio.project.studies.following import following_bodies
 from ffdstudio.project.studies.place import body_of, lattice_of, place_of
 
 NAME = "Study lattice"
@@ -102,4 +103,6 @@ def prepare(
     InputError
         If a target cannot be read, or the parts of the study do not fit.
     """
-    return build(study, place_of(study, model, folder, source=source, consent=consent))
+    built = build(study, place_of(study, model, folder, source=source, consent=consent))
+    item = lattice_of(study, model)
+    return built if item is None else built.keeping(list(following_bodies(model, item)))

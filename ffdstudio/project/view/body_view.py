@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 from ffdstudio.engine import Lattice
 from ffdstudio.meshes import Mesh
@@ -11,6 +12,9 @@ from ffdstudio.project.model import LatticeItem
 from ffdstudio.project.running import Progress
 from ffdstudio.project.view.surface import DisplaySurface
 from ffdstudio.project.view.volume import DeformedVolume
+
+if TYPE_CHECKING:
+    from ffdstudio.meshes.following import Follower as VolumeFollower
 
 
 class BodyView:
@@ -43,7 +47,8 @@ class BodyView:
         if surface.proxy is not None:
             self.proxy = Follower(self.full.points[surface.proxy.rows])
         self.volume: DeformedVolume | None = None
-        self.expected: list[tuple[Lattice, Lattice]] | None = None
+        self.expected: tuple[str, list[tuple[Lattice, Lattice]]] | None = None
+        self.by: VolumeFollower | None = None
         self.outdated = True
         self.checking = False
 
@@ -67,10 +72,10 @@ class BodyView:
         for follower in self.followers:
             follower.settle(lattices)
 
-    def expect(self, state: list[tuple[Lattice, Lattice]]) -> None:
-        """Forget the volume if it is about other states of the lattices."""
-        if self.expected != state:
-            self.expected, self.volume, self.outdated = state, None, True
+    def expect(self, follows: str, state: list[tuple[Lattice, Lattice]]) -> None:
+        """Forget the volume if it is about other states of the lattices, or another way."""
+        if self.expected != (follows, state):
+            self.expected, self.volume, self.outdated = (follows, state), None, True
 
     def embed(self, lattices: Sequence[LatticeItem], progress: Progress) -> None:
         """Make the embeddings that are missing; for a worker."""
