@@ -197,3 +197,57 @@ STRIPS = {
         "</Strips></Piece></PolyData></VTKFile>"
     ).encode(),
 }  # fmt: skip
+
+
+# ---- CGNS ---------------------------------------------------------------------------------
+
+
+def cgns_polyhedra(path: Path, offsets: bool) -> Path:
+    """Two bricks as NGON_n and NFACE_n, with offsets as since 3.4 or with counts as before."""
+    import h5py
+
+    x = np.array([(i, j, k) for k in (0, 1) for j in (0, 1) for i in (0, 1, 2)], dtype=float)
+    bricks = [[0, 1, 4, 3, 6, 7, 10, 9], [1, 2, 5, 4, 7, 8, 11, 10]]
+    faces, cells = [], []
+    for brick in bricks:
+        cells.append([])
+        for face in HEX_FACES:
+            nodes = [brick[k] + 1 for k in face]
+            known = [k for k, other in enumerate(faces) if set(other) == set(nodes)]
+            cells[-1].append(-(known[0] + 1) if known else len(faces) + 1)
+            faces += [] if known else [nodes]
+
+    def node(parent, name, label, data=None, kind="MT"):
+        group = parent.create_group(name)
+        for key, value, size in (("name", name, 33), ("label", label, 33), ("type", kind, 3)):
+            group.attrs.create(key, np.bytes_(value), dtype=f"S{size}")
+        if data is not None:
+            group.create_dataset(" data", data=data)
+        return group
+
+    def section(zone, name, number, rows, first):
+        own = node(zone, name, "Elements_t", np.array([number, 0], np.int32), "I4")
+        limits = np.array([first, first + len(rows) - 1], np.int32)
+        node(own, "ElementRange", "IndexRange_t", limits, "I4")
+        flat = [n for row in rows for n in (row if offsets else [len(row), *row])]
+        node(own, "ElementConnectivity", "DataArray_t", np.array(flat, np.int32), "I4")
+        if offsets:
+            starts = np.cumsum([0, *map(len, rows)]).astype(np.int32)
+            node(own, "ElementStartOffset", "DataArray_t", starts, "I4")
+
+    def text(value):
+        return np.frombuffer(value.encode(), np.int8)
+
+    with h5py.File(path, "w") as file:
+        base = node(file, "Base", "CGNSBase_t", np.array([3, 3], np.int32), "I4")
+        zone = node(base, "Zone", "Zone_t", np.array([[12], [2], [0]], np.int32), "I4")
+        node(zone, "ZoneType", "ZoneType_t", text("Unstructured"), "C1")
+        grid = node(zone, "GridCoordinates", "GridCoordinates_t")
+        for axis, values in zip("XYZ", x.T, strict=True):
+            node(grid, f"Coordinate{axis}", "DataArray_t", values.copy(), "R8")
+        section(zone, "Faces", 22, faces, 1)
+        section(zone, "Cells", 23, cells, len(faces) + 1)
+        wall = node(node(zone, "ZoneBC", "ZoneBC_t"), "hull", "BC_t", text("BCWall"), "C1")
+        node(wall, "PointList", "IndexArray_t", np.array([[1]], np.int32), "I4")
+        node(wall, "GridLocation", "GridLocation_t", text("FaceCenter"), "C1")
+    return path

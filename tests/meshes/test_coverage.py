@@ -8,9 +8,26 @@ import numpy as np
 import pytest
 
 from ffdstudio.cli.main import main
-from ffdstudio.meshes import Mesh, coverage, inverted, quality, read_mesh, safe_amplitude
+from ffdstudio.meshes import (
+    Mesh,
+    coverage,
+    inverted,
+    quality,
+    read_mesh,
+    safe_amplitude,
+    write_mesh,
+)
 from ffdstudio.meshes.measures.cell_coverage import Coverage, together
-from tests.meshes.cell_files import ABAQUS, NASTRAN, STRIPS, VTK_KINDS, abaqus, nastran, vtk_file
+from tests.meshes.cell_files import (
+    ABAQUS,
+    NASTRAN,
+    STRIPS,
+    VTK_KINDS,
+    abaqus,
+    cgns_polyhedra,
+    nastran,
+    vtk_file,
+)
 
 MIRROR = np.array([-1.0, 1.0, 1.0])
 
@@ -106,3 +123,16 @@ def test_coverage_adds_up():
     both = together([Coverage({"tetra": 2}, {}), Coverage({"tetra": 1}, {"CSHEAR": 1})])
     assert both == Coverage({"tetra": 3}, {"CSHEAR": 1})
     assert together([]).missing == 0
+
+
+@pytest.mark.parametrize("offsets", [True, False])
+def test_polyhedra_of_cgns_are_read_and_checked(tmp_path, offsets):
+    mesh = read_mesh(cgns_polyhedra(tmp_path / "two.cgns", offsets))
+    assert mesh.counts == {"hexahedron": 2}
+    assert mesh.marker_counts == {"hull": 1}
+    assert sum(map(len, mesh.surface().values())) == 10
+    assert coverage(mesh).missing == 0
+    assert inverted(mesh, mesh.points * MIRROR).count == 2
+    moved = mesh.with_points(mesh.points + [0, 0, 0.25])
+    write_mesh(moved, tmp_path / "out.cgns")
+    assert (read_mesh(tmp_path / "out.cgns").points == moved.points).all()

@@ -52,13 +52,9 @@ def read(path: Path, data: bytes, progress: Progress) -> Mesh:
         reader.add(zone, grid, first, families_of(base), name)
         prefix = f"{name}/" if len(zones) > 1 else ""
         places[base.name, zone.name] = Spot(base.name, zone, grid.dims, first, prefix)
-    joined = {kind: np.concatenate(parts) for kind, parts in reader.cells.items()}
-    return Mesh(
+    return reader.mesh(
         template.original,
-        joined,
-        reader.markers,
         dimension=len(grids[0].arrays),
-        kinds=reader.kinds,
         links=tuple(links_of(source, places)),
         template=template,
     )

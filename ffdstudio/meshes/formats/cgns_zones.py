@@ -4,16 +4,20 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Iterable
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
-from ffdstudio.aliases import Indices
+from ffdstudio.aliases import Array, Indices
 from ffdstudio.meshes.formats.cgns_boundaries import Parts, elements, kind_of, patch
 from ffdstudio.meshes.formats.cgns_grids import Grid
 from ffdstudio.meshes.formats.cgns_nodes import Node
+from ffdstudio.meshes.formats.cgns_polyhedra import NFACE, Lists, Polyhedra
 from ffdstudio.meshes.formats.source import Source
 from ffdstudio.meshes.formats.vtkcells import MIDDLE_BEFORE_TOP, block_cells
-from ffdstudio.meshes.mesh import Markers, MeshWarning
+from ffdstudio.meshes.mesh import Markers, Mesh, MeshWarning
+from ffdstudio.meshes.polyhedra import Loops, faced
 from ffdstudio.meshes.topology import Cells, dimension
 
 MIXED, NGON = 20, (22, 23)
@@ -50,6 +54,26 @@ class Zones:
         self.markers: Markers = {}
         self.kinds: dict[str, str] = {}
         self.zones: set[str] = set()
+        self.loops: list[Loops] = []
+        self._made = Polyhedra(source)
+
+    def mesh(self, points: Array, **given: Any) -> Mesh:
+        """Mesh of all zones; of faces where there are cells made of faces."""
+        cells = {kind: np.concatenate(parts) for kind, parts in self.cells.items()}
+        if not self.loops:
+            return Mesh(points, cells, self.markers, kinds=self.kinds, **given)
+        loops, count = [], 0
+        for part in self.loops:
+            loops.append(Loops(part.nodes, part.sizes, part.cells + count))
+            count += int(part.cells.max(initial=-1)) + 1
+        solids = []
+        for kind, nodes in cells.items():
+            if dimension(kind) == 3:
+                solids.append((kind, nodes, count + np.arange(len(nodes))))
+                count += len(nodes)
+        faces, lost = faced(points, cells, solids, loops, str(self.source.path))
+        made = Mesh(points, {}, self.markers, faces=faces, kinds=self.kinds, **given)
+        return replace(made, unread=lost)
 
     def add(self, zone: Node, grid: Grid, first: int, families: dict[str, str], name: str) -> None:
         """Add the cells and boundaries of a zone whose nodes begin at `first`.
@@ -65,9 +89,18 @@ class Zones:
             found = {node.name: patch(self.source, node, grid.dims) for node in conditions}
         else:
             count = len(grid.kept)
+            self._made = Polyhedra(self.source)
             sections = [(node.name, self._section(node, count)) for node in zone.of("Elements_t")]
-            cells, surfaces = _by_dimension(sections)
             parts = [part for _, part in sections]
+            loops = self._made.loops()
+            if loops is not None:  # faces of cells are no surfaces
+                self.loops.append(Loops(loops.nodes + first, loops.sizes, loops.cells))
+                sections = [
+                    pair
+                    for pair in sections
+                    if not any(pair[1] is part for part in self._made.parts)
+                ]
+            cells, surfaces = _by_dimension(sections)
             found = {node.name: elements(self.source, node, parts, count) for node in conditions}
         self._warn_of_missing([prefix + title for title, cells in found.items() if not cells])
         for title, nodes in cells.items():
@@ -117,12 +150,11 @@ class Zones:
         begin, end = (int(n) for n in limits.values()[:2])
         number, flat = self._number(int(node.values()[0])), nodes.values().astype(np.int64)
         if number in NGON:
-            warnings.warn(
-                f"{self.source.path.name}: cells made of faces are kept but not shown",
-                MeshWarning,
-                stacklevel=2,
-            )
-            return {}
+            found = Lists(self.source, node, flat, end - begin + 1)
+            if number == NFACE:
+                self._made.cells.append(found)
+                return {}
+            return self._made.take_faces(node, begin, found, count)
         if number == MIXED:
             return self._mixed(node, flat, begin, end - begin + 1, count)
         if number not in TYPES:
