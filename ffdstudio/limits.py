@@ -14,6 +14,7 @@ from ffdstudio.errors import InputError
 
 MAX_CONTROL_POINTS = 1_000_000  # of a lattice; no file or solver has room for more
 MAX_DEGREE = 50  # in one direction; a point then costs 51 cubed products
+MAX_WEIGHTS = 1e4  # the largest by the smallest: beyond, points are lost to rounding
 MAX_NESTING = 64  # of lists and objects in JSON and TOML
 _TEXT_OR_BRACKET = re.compile(r"""\"(?:[^\"\\\n]|\\.)*(?:\"|$)|[\[\]{}]""", re.MULTILINE)
 

@@ -21,7 +21,7 @@ from ffdstudio.engine.knots import DIRECTIONS
 from ffdstudio.engine.parts import checked_parts
 from ffdstudio.engine.transfer import carried
 from ffdstudio.errors import InputError
-from ffdstudio.limits import check_control_points
+from ffdstudio.limits import MAX_WEIGHTS, check_control_points
 
 
 class Lattice:
@@ -716,4 +716,9 @@ def _weights(weights: ArrayLike | None, shape: tuple[int, ...]) -> Array:
         raise InputError(f"the weights of this lattice have shape {shape}, got {values.shape}")
     if not (np.isfinite(values).all() and (values > 0).all()):
         raise InputError("weights must be positive, finite numbers")
+    if values.size and values.max() / MAX_WEIGHTS > values.min():
+        raise InputError(
+            f"the weights {values.min():g} and {values.max():g} of one lattice differ by more than "
+            f"a factor of {MAX_WEIGHTS:g}"
+        )
     return values

@@ -77,7 +77,7 @@ def read(data: bytes, name: str, block: int | str | None = None) -> LatticeFile:
     text = re.sub(rb"%[^\n]*", b"", data).replace(b"\\\n", b" ").replace(b"\\\r\n", b" ")
     boxes = [part.replace(b",", b" ").split() for part in _value(text, b"FFD_DEFINITION", name)]
     degrees = [part.replace(b",", b" ").split() for part in _value(text, b"FFD_DEGREE", name)]
-    if len(degrees) != len(boxes) or any(len(words) != 25 for words in boxes):
+    if not boxes or len(degrees) != len(boxes) or any(len(words) != 25 for words in boxes):
         raise InputError(
             f"{name}: FFD_DEFINITION needs a tag and 24 numbers, FFD_DEGREE as many boxes"
         )

@@ -124,3 +124,15 @@ def test_ragged_indices_in_a_journal_are_one_sentence(tmp_path):
     )
     with pytest.raises(InputError, match="has 3 indices"):
         replay(path)
+
+
+@pytest.mark.parametrize("weight", [2e4, 1e-5, 1e308, 5e-324])
+def test_weights_beyond_what_can_be_evaluated_are_refused(weight):
+    """At a factor of a million points of the box itself are lost, and looking for them is slow."""
+    box = Lattice.box([0, 0, 0], [1, 1, 1], (3, 3, 3))
+    weights = box.weights.copy()
+    weights[1, 1, 1] = weight
+    with pytest.raises(InputError, match="differ by more than a factor of 10000"):
+        box.moved(weights=weights)
+    weights[1, 1, 1] = 1e4
+    box.moved(weights=weights)

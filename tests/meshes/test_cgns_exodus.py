@@ -196,3 +196,20 @@ def test_truncated_files_are_refused(tmp_path, name):
         path.write_bytes(data[: int(part * len(data))])
         with pytest.raises(InputError, match=name):
             read_mesh(path)
+
+
+@pytest.mark.parametrize("name", ["ElementRange", " data"])
+@pytest.mark.parametrize("values", [np.bytes_("text"), np.full(3, np.nan), np.zeros((2, 2))])
+def test_a_section_with_texts_for_numbers_is_refused_in_a_sentence(tmp_path, name, values):
+    path = made(tmp_path, "plain.cgns")
+    with h5py.File(path, "r+") as file:
+        found: list[str] = []
+        file.visit(found.append)
+        place = next(n for n in found if n.endswith("ElementRange/ data"))
+        if name == " data":
+            place = place.replace("ElementRange/ data", " data")
+        parent, _, own = place.rpartition("/")
+        del file[parent][own]
+        file[parent][own] = values
+    with pytest.raises(InputError, match=r"plain\.cgns: "):
+        read_mesh(path)
