@@ -31,6 +31,7 @@ from ffdstudio.exchange.text import naming
 from ffdstudio.files import together
 from ffdstudio.meshes import Mesh, read_mesh
 from ffdstudio.meshes.measures.cell_coverage import Coverage, coverage
+from ffdstudio.meshes.writing import refuse_unwritable
 from ffdstudio.paths import exists, is_folder, is_same
 from ffdstudio.project.checks.deformation_warnings import remarks
 
@@ -200,6 +201,7 @@ def morphed(
 ) -> Morph:
     """Read a mesh and deform it, all of it or its walls with the volume following."""
     mesh = read_mesh(source)
+    refuse_unwritable(mesh, target)
     with naming(source):
         refuse_tangled(rest)
     points, result = deformed(mesh, rest, current, follow, walls)

@@ -72,6 +72,31 @@ def _write(mesh: Mesh, target: Path) -> None:
         warnings.warn(f"{target.name}: {loss}", MeshWarning, stacklevel=2)
 
 
+def refuse_unwritable(mesh: Mesh, path: str | os.PathLike[str]) -> None:
+    """Raise if a mesh cannot be written to a path: before the work, not after it.
+
+    Raises
+    ------
+    InputError
+        If the format of the mesh can only be read, or no such file can be made.
+
+    Examples
+    --------
+    >>> refuse_unwritable(Mesh([[0, 0, 0]], {"vertex": [[0]]}), "a.su2")
+    """
+    target = as_path(path)
+    if mesh.template is not None and _same_format(mesh, target):
+        return
+    if mesh.path is not None and not any(row.new for row in candidates(target)):
+        known = ", ".join(row.suffixes[0] for row in FORMATS if row.new)
+        if suffix_of(inner(mesh.path)) == suffix_of(inner(target)):
+            raise InputError(
+                f"{mesh.path}: a {suffix_of(mesh.path) or 'mesh'} file can only be read; write one "
+                f"of {known}"
+            )
+    _new_format(target)
+
+
 def losses(mesh: Mesh, path: str | os.PathLike[str]) -> list[str]:
     """List what is lost when a mesh is written to that path; empty if it is the mesh's own format.
 

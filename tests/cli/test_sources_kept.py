@@ -156,3 +156,19 @@ def test_a_morph_keeps_both_suffixes_of_its_own(tmp_path, name):
     mesh = read_mesh(tmp_path / name)
     assert _mesh_name(mesh) == "morphed" + name[name.index(".") :]
     assert np.isfinite(mesh.points).all()
+
+
+@pytest.mark.parametrize("name", ["a.xdmf", "a.wkt"])
+def test_a_format_that_can_only_be_read_says_so_before_the_work(
+    tmp_path, name, capsys, monkeypatch
+):
+    import meshio
+
+    points = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]])
+    meshio.Mesh(points, {"triangle": [[0, 1, 2]]}).write(tmp_path / name)
+    box = Lattice.box([-1] * 3, [2] * 3, (3, 3, 3))
+    write_lattice(tmp_path / "box.lattice.json", box)
+    monkeypatch.setattr("ffdstudio.cli.morph.measured", lambda *_: pytest.fail("it has worked"))
+    words = ["morph", str(tmp_path / name), str(tmp_path / "box.lattice.json")]
+    assert main([*words, "-o", str(tmp_path / f"out{name[1:]}")]) == 2
+    assert "can only be read" in capsys.readouterr().err
