@@ -13,9 +13,9 @@ import meshio
 import numpy as np
 
 from ffdstudio import Lattice, read_mesh, write_mesh
+from ffdstudio.cli.optimize import read_case
 from ffdstudio.errors import InputError
 from ffdstudio.exchange import read_lattice_file, write_lattice
-from ffdstudio.optimize.cases.case import read_case
 from ffdstudio.optimize.objectives.base import Abilities, Evaluation, Objective, Request
 from ffdstudio.optimize.objectives.remembered import Remembered
 from ffdstudio.optimize.runs.record import LOG, read_log
