@@ -54,3 +54,11 @@ def test_normalised_contours_have_their_least_x_at_zero():
 def test_points_that_are_no_contour_are_refused(points):
     with pytest.raises(InputError):
         Contour(points)
+
+
+@pytest.mark.parametrize("far", [-1e308, 1e200, 1e40])
+def test_a_section_with_a_point_out_of_this_world_is_one_sentence(far):
+    points = sampled("naca0012", 41)
+    points[7, 0] = far
+    with pytest.raises(InputError):
+        Contour(points)

@@ -12,6 +12,7 @@ import pytest
 
 from ffdstudio import InputError, Lattice, Project
 from ffdstudio.containers import archive
+from ffdstudio.project.document import Document
 from ffdstudio.project.files import references
 from ffdstudio.project.files.opening import read_record
 from ffdstudio.project.files.records import BodyRecord, LatticeRecord, ProjectFile
@@ -388,3 +389,19 @@ def test_a_failed_save_leaves_the_old_file(folder, monkeypatch):
         write_project(path, ProjectFile())
     assert path.read_bytes() == before
     assert sorted(p.name for p in folder.iterdir()) == ["meshes", "p.ffdproj"]
+
+
+@pytest.mark.parametrize("stored", [1e40, "text", {"a": 1}, [[1]], [["bent", 3]], None])
+@pytest.mark.parametrize("key", ["shapes", "open_faces"])
+def test_settings_of_a_lattice_of_another_type_are_left_aside(folder, key, stored):
+    path = folder / "p.ffdproj"
+    write_project(path, content(folder))
+    rewritten(path, lambda m: m["lattices"][0]["settings"].update({key: stored}))
+    rewritten(path, lambda m: m["lattices"][0].update(frozen=0))
+    rewritten(path, lambda m: m["sections"].update(window=stored))
+    document = Document()
+    document.problem.connect(lambda *_: None)
+    document.open(path)
+    assert [item.name for item in document.model.lattices] == ["box"]
+    assert not document.model.lattices[0].shapes
+    document.save(folder / "again.ffdproj")

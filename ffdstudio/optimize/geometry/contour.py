@@ -64,7 +64,10 @@ class Contour:
     def _fit(self, xy: Array) -> None:
         from scipy.interpolate import CubicSpline
 
-        s = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(xy, axis=0), axis=1))])
+        with np.errstate(over="ignore", invalid="ignore"):
+            s = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(xy, axis=0), axis=1))])
+        if not (np.isfinite(s).all() and (np.diff(s) > 0).all()):
+            raise InputError("the points of this section are too far apart or too near for a curve")
         self.points = xy
         self.spline = CubicSpline(s, xy)
         self.length = float(s[-1])

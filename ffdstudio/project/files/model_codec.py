@@ -19,7 +19,9 @@ def to_file(
 ) -> ProjectFile:
     """Return what to store of a model; other sections are kept as they are."""
     active = model.active_lattice
-    window = {**sections.get(WINDOW, {}), "active": None if active is None else active.name}
+    kept = sections.get(WINDOW, {})
+    kept = kept if isinstance(kept, dict) else {}
+    window = {**kept, "active": None if active is None else active.name}
     return ProjectFile(
         [_body(body) for body in model.bodies],
         [_lattice(item) for item in model.lattices],
@@ -66,6 +68,7 @@ def _added(record: LatticeRecord) -> AddLattice:
 
 
 def _shapes(stored: Any) -> list[tuple[str, Lattice]]:
+    stored = stored if isinstance(stored, list) else []
     pairs = [item for item in stored if isinstance(item, list) and len(item) == 2]
     return [(str(name), shape) for name, shape in pairs if isinstance(shape, Lattice)]
 
