@@ -198,7 +198,7 @@ def test_truncated_files_are_refused(tmp_path, name):
             read_mesh(path)
 
 
-@pytest.mark.parametrize("name", ["ElementRange", " data"])
+@pytest.mark.parametrize("name", ["ElementRange", "ElementConnectivity", " data"])
 @pytest.mark.parametrize("values", [np.bytes_("text"), np.full(3, np.nan), np.zeros((2, 2))])
 def test_a_section_with_texts_for_numbers_is_refused_in_a_sentence(tmp_path, name, values):
     path = made(tmp_path, "plain.cgns")
@@ -206,8 +206,8 @@ def test_a_section_with_texts_for_numbers_is_refused_in_a_sentence(tmp_path, nam
         found: list[str] = []
         file.visit(found.append)
         place = next(n for n in found if n.endswith("ElementRange/ data"))
-        if name == " data":
-            place = place.replace("ElementRange/ data", " data")
+        place = place.replace("ElementRange/ data", "" if name == " data" else f"{name}/") + " data"
+        place = place.replace(" data data", " data")
         parent, _, own = place.rpartition("/")
         del file[parent][own]
         file[parent][own] = values

@@ -122,9 +122,13 @@ def _wanted(source: Source, node: Node) -> Indices:
     wanted = np.empty(0, dtype=np.int64)
     for name in ("ElementList", "PointList"):
         child = node.child(name)
+        if child is not None and child.values().dtype.kind not in "iu":
+            raise source.failure(f"boundary {node.name} lists something that is no number")
         wanted = wanted if child is None else child.values().astype(np.int64)
     for name in ("ElementRange", "PointRange"):
         child = node.child(name)
+        if child is not None and child.values().dtype.kind not in "iu":
+            raise source.failure(f"boundary {node.name} has a range that is no number")
         if child is not None and len(child.values()) == 2:
             low, high = (int(n) for n in child.values())
             if high - low > len(source.data):

@@ -147,8 +147,8 @@ class Zones:
         limits, nodes = node.child("ElementRange"), node.child("ElementConnectivity")
         if limits is None or nodes is None or len(limits.values()) < 2 or not len(node.values()):
             raise self.source.failure(f"section {node.name} has no range or no nodes")
-        if any(values.dtype.kind not in "iu" for values in (limits.values(), node.values())):
-            raise self.source.failure(f"section {node.name} has a range or type that is no number")
+        if any(part.values().dtype.kind not in "iu" for part in (limits, node, nodes)):
+            raise self.source.failure(f"section {node.name} holds something that is no number")
         begin, end = (int(n) for n in limits.values()[:2])
         number, flat = self._number(int(node.values()[0])), nodes.values().astype(np.int64)
         if number in NGON:
