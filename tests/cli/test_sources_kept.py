@@ -154,7 +154,7 @@ def test_a_morph_keeps_both_suffixes_of_its_own(tmp_path, name):
 
     SPECIMENS[name](tmp_path / name)
     mesh = read_mesh(tmp_path / name)
-    assert _mesh_name(mesh) == "morphed" + name[name.index(".") :]
+    assert _mesh_name(mesh, [mesh]) == "morphed" + name[name.index(".") :]
     assert np.isfinite(mesh.points).all()
 
 
