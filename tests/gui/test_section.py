@@ -8,8 +8,9 @@ import pytest
 pytest.importorskip("PySide6")
 
 from ffdstudio.gui.actors.section import cut
-from ffdstudio.gui.first_view import first_bounds, walls
+from ffdstudio.gui.first_view import first_bounds
 from ffdstudio.meshes import Faces, Mesh
+from ffdstudio.meshes.walls import wall_markers
 from ffdstudio.project.view.surface import surface_of
 
 NORMALS = [np.eye(3)[0], np.eye(3)[2], np.array([1.0, 2, 3]) / np.sqrt(14)]
@@ -74,11 +75,10 @@ def test_walls_are_the_markers_that_are_small_beside_the_mesh(root):
     mesh = read_mesh(root / "sample_meshes" / "naca0012.su2")
     surface = surface_of(mesh)
     points = mesh.points[surface.nodes]
-    assert walls(surface, points) == ("airfoil",)
-    low, high = first_bounds(surface, points, 2)
+    assert wall_markers(mesh) == ("airfoil",)
+    low, high = first_bounds(surface, points, mesh)
     assert low[0] < 0 < 1 < high[0] < 2
-    cube = surface_of(Mesh(*_marked_cube()))
-    assert walls(cube, block(2)[0]) == ()
+    assert wall_markers(Mesh(*_marked_cube())) == ()
 
 
 def _marked_cube():
