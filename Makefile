@@ -31,7 +31,7 @@ run: ## set everything up and open the window (without a display: run the demo)
 test: ## set everything up and run the whole suite (without a display: under Xvfb)
 	@$(SETUP) dev
 	@$(SCREEN) $(PYTEST) tests/gui # one process: there is one screen, with one pointer
-	@$(PYTEST) $(BELOW_THE_WINDOW)
+	@$(MAKE) --no-print-directory headless
 
 headless: ## all tests below the window, with Qt blocked and no display
 	@$(SETUP) dev

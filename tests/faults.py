@@ -9,6 +9,7 @@ import io
 import os
 import select
 import signal
+import stat
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -57,7 +58,7 @@ class Disk:
             return run
 
         def opened(file, mode="r", *args, **kwargs):
-            if not set(mode) & set("wxa+"):
+            if not set(mode) & set("wxa+") or _is_pipe(file):
                 return plain(file, mode, *args, **kwargs)
             if self.call("create"):
                 self.fail()
@@ -73,6 +74,11 @@ class Disk:
             io.open = builtins.open = plain
             for name, original in originals.items():
                 setattr(os, name, original)
+
+
+def _is_pipe(file: object) -> bool:
+    """Whether it is a pipe to another process, which is on no disk."""
+    return isinstance(file, int) and stat.S_ISFIFO(os.fstat(file).st_mode)
 
 
 class _File(io.FileIO):

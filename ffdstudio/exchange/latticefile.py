@@ -57,6 +57,7 @@ class LatticeFile(LatticeContext):
 
     Examples
     --------
+    >>> from ffdstudio.engine import Lattice
     >>> box = Lattice.box([0, 0], [1, 1], shape=(4, 4))
     >>> LatticeFile(box, box, frozen=1, units="m").frozen
     1

@@ -218,10 +218,10 @@ def slow(monkeypatch):
     """Checking cells takes until it is cancelled, or until the event is set."""
     real, go = displays.work_out, threading.Event()
 
-    def work_out(mesh, nodes, steps, progress):
+    def work_out(body, nodes, lattices, progress, by):
         while not go.wait(0.01):
             progress(0.5, "")
-        return real(mesh, nodes, steps, progress)
+        return real(body, nodes, lattices, progress, by)
 
     monkeypatch.setattr(displays, "work_out", work_out)
     yield go

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from ffdstudio.project.studies.airfoils import profiles
 
 from ffdstudio.meshes import Mesh, MeshWarning, read_mesh, write_mesh
 from ffdstudio.meshes.airfoil import naca4
 from ffdstudio.meshes.quasi2d import is_plane, outlines, plane_axes, slab_of
 from ffdstudio.meshes.walls import wall_markers
+from ffdstudio.optimize.geometry.profiles import profiles
 from ffdstudio.project.placing.placement import Site, placed
 
 LEVELS = 7

@@ -174,7 +174,7 @@ def test_a_wing_is_refined_by_direction_with_fewer_variables_than_regularly(root
         ({"norm": "l1"}, "norm"),
         ({"spacing": "uniform"}, "regular"),
         ({"adaptive": "guess"}, "indicator"),
-        ({"metric": "h2"}, "metric"),
+        ({"metric": "h7"}, "metric"),
     ],
 )
 def test_options_that_do_not_fit_are_refused(rae, options, message):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from ffdstudio.optimize.methods.gauss_newton import QuadraticModel, _merit, _model
+from ffdstudio.optimize.methods.gauss_newton import Extra, QuadraticModel, _model
 from ffdstudio.optimize.methods.problem import Trial
 from ffdstudio.optimize.objectives.distance import PointDistance
 from ffdstudio.optimize.objectives.flow import FlowTarget
@@ -46,9 +46,12 @@ def test_a_worse_trial_is_never_better():
 
 
 class Stub:
-    """A problem of a given extent."""
+    """A problem of a given extent, without meshes that follow."""
 
     extent = 2.0
+
+    def control_cost(self, here):
+        return None
 
 
 def _trial(count=12, size=5):
@@ -60,9 +63,10 @@ def _trial(count=12, size=5):
 
 def test_a_step_of_the_model_is_that_of_least_squares():
     here = _trial()
-    model, factor = _model(Stub(), here, None)
+    extra = Extra.of(Stub(), here, None)
+    model = _model(here, extra)
     known = np.linalg.lstsq(here.jacobian, -here.residuals, rcond=None)[0]
-    assert factor == 0
+    assert len(extra.rows) == 0
     assert model.step(0.0) == pytest.approx(known)
     damped = np.linalg.solve(
         here.jacobian.T @ here.jacobian + 0.3 * np.eye(5), -here.jacobian.T @ here.residuals
@@ -72,7 +76,9 @@ def test_a_step_of_the_model_is_that_of_least_squares():
 
 def test_a_displacement_that_costs_is_counted_from_where_it_is():
     here, cost = _trial(), RNG.uniform(-1, 1, (7, 5))
-    model, factor = _model(Stub(), here, cost)
+    extra = Extra.of(Stub(), here, cost)
+    model = _model(here, extra)
+    factor = float(np.sum(extra.rows**2) / np.sum(cost**2))
 
     def whole(step):
         after = here.residuals + here.jacobian @ step
@@ -87,7 +93,7 @@ def test_a_displacement_that_costs_is_counted_from_where_it_is():
     half = 0.5 * step
     assert model.decrease(half) == pytest.approx(whole(np.zeros(5)) - whole(half))
     here.value = 0.5 * float(here.residuals @ here.residuals)
-    assert _merit(here, cost, factor) == pytest.approx(whole(np.zeros(5)))
+    assert extra.merit(here) == pytest.approx(whole(np.zeros(5)))
 
 
 def test_a_model_keeps_its_step_within_the_radius():

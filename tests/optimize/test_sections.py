@@ -44,6 +44,6 @@ def test_a_slanted_base_is_met_on_both_sides():
     target = blunt(np.empty((0, 2)))
     target[80:] *= [0.9995, 1]  # the lower surface ends ahead of the upper one
     result = ffd.fit("naca0012", target, columns=8)
-    ends = result.task.deformed(result.lattice)[[0, -1], :2]
-    np.testing.assert_allclose(ends, result.task.target.points[[0, -1]], atol=1e-5)
+    ends = result.built.monitor.deformed(result.lattice)[[0, -1], :2]
+    np.testing.assert_allclose(ends, target[[0, -1]], atol=1e-5)
     assert result.max_error < 2e-5

@@ -6,7 +6,7 @@ import pytest
 from ffdstudio import InputError, read_mesh
 from ffdstudio.meshes.surfaces import open_loops, oriented
 from ffdstudio.optimize.constraints import Volume
-from ffdstudio.optimize.geometry.shapes import triangles_of
+from ffdstudio.optimize.geometry.surfaces import triangles_of
 from ffdstudio.samples import sample
 
 CUBE = np.array([[x, y, z] for x in (0.0, 1.0) for y in (0.0, 1.0) for z in (0.0, 1.0)])

@@ -30,6 +30,7 @@ from ffdstudio.optimize.spec.study import StudySpec
 from ffdstudio.project import commands as c
 from ffdstudio.project.document import Document
 from ffdstudio.project.studies.casefile import mesh_to_open, read_case_for, write_case
+from ffdstudio.project.studies.following import walls_to_follow
 from ffdstudio.project.studies.starting import checked, new_lattice, on_lattice, prepare
 from tests.optimize.catalog_rows import EVERY
 
@@ -78,7 +79,10 @@ def document(folder):
 def run_in(document, study, name):
     """Run a study as the window does; returns its key."""
     study = checked(study, document.model)
-    document.do(new_lattice(study, document.model))
+    made = new_lattice(study, document.model)
+    document.do(made)
+    for command in walls_to_follow(made, document.model):
+        document.do(command)
     study = on_lattice(study, document.model.lattices[-1].key)
     document.do(c.AddStudy(name, study))
     key = document.model.studies[-1].key

@@ -37,7 +37,7 @@ class StudySpec(Part, frozen=True, kw_only=True):
     ...     objective=ContourSpec(target="naca2412"),
     ... )
     >>> study.method.kind(), study.method.metric
-    ('lbfgs', 'h1')
+    ('lbfgs', 'auto')
     """
 
     shape: Annotated[ShapeSpec, says("Shape", "what is optimized")]

@@ -66,6 +66,8 @@ def _standing_alone(
         )  # fmt: skip
     if item is not None:
         lattice = msgspec.structs.replace(lattice, file=beside(item))
+        if body is not None:  # without a lattice yet, the study will have it follow its walls
+            shape = msgspec.structs.replace(shape, follow=body.follows)
     objective = study.objective.moved(lambda name: _relative(origin / name, folder))
     return msgspec.structs.replace(study, shape=shape, lattice=lattice, objective=objective)
 
