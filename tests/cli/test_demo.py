@@ -169,3 +169,14 @@ def test_studies_are_compared_at_equal_solves(matched):
     assert {p.name for p in folder.iterdir()} == set(figures["files"])
     assert f"{rows['adaptive']['cost_ratio']:.2e}" in pressure.told(figures)
     assert figures["best_static"] in pressure.told(figures)
+
+
+def test_several_cases_share_the_copy_of_the_mesh(tmp_path):
+    from ffdstudio.cli.demos.common import copied_mesh
+    from ffdstudio.files import sources_kept
+
+    with sources_kept():  # as around every command: the first case reads what the second copies
+        mesh = copied_mesh(tmp_path)
+        read_mesh(mesh)
+        assert copied_mesh(tmp_path) == mesh
+    assert mesh.read_bytes() == sample("naca0012.su2").read_bytes()

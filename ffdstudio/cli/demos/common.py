@@ -10,6 +10,7 @@ from typing import Any
 from ffdstudio.cli.output import note
 from ffdstudio.engine import Lattice
 from ffdstudio.files import read_bytes, write_bytes
+from ffdstudio.paths import exists
 from ffdstudio.project import Project
 from ffdstudio.samples import sample
 
@@ -19,8 +20,9 @@ FROZEN = 2  # layers: the mesh goes on outside the lattice, with a continuous ta
 
 def copied_mesh(folder: Path) -> Path:
     """Copy the sample mesh beside the results: the folder can then be moved as a whole."""
-    source = folder / MESH
-    write_bytes(source, read_bytes(sample(MESH)))
+    source, data = folder / MESH, read_bytes(sample(MESH))
+    if not exists(source) or read_bytes(source, to_update=True) != data:  # another case's copy
+        write_bytes(source, data)
     return source
 
 
